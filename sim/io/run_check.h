@@ -18,10 +18,10 @@ struct RunCheck {
 
 /// Compares every file that the run's journal lists, and looks for files of a run that it does not list. A
 /// run without a journal has one fault that says so. Files that are not listed and belong to frames after
-/// the newest checkpoint are notes, not faults: a program may be writing them, or was killed while it did.
-/// If a simulation goes on meanwhile, a check with faults is repeated until the journal stays as it is. A
-/// journal that is removed meanwhile is missing.
-/// Throws FileError if the journal cannot be read.
+/// the newest checkpoint are notes, not faults, if they are at most two: a program may be writing them, or
+/// was killed while it did. More of them mean that the journal has lost lines. If a simulation goes on
+/// meanwhile, a check with faults is repeated until the journal stays as it is. A journal that is removed
+/// meanwhile is missing. Throws FileError if the journal cannot be read.
 RunCheck check_run(const RunDirectory& run);
 
 /// Returns the faults of the files that a run keeps when it is continued after frame `last`: meshes, values

@@ -139,6 +139,7 @@ void RunJournal::parse(const fs::path& path, std::string_view text) {
                                     path.string(), number));
   }
   // A last line without an end was not written whole, as after a power failure. It is ignored.
+  is_torn_ = !text.empty();
   if (number == 0)
     faults_.push_back(fmt::format("{}: holds no line: the files of its run are not checked", path.string()));
 }

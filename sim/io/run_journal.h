@@ -122,6 +122,8 @@ class RunJournal {
   int first_frame() const { return first_frame_; }
   /// Returns a sentence for each line of the journal that cannot be understood, and one if it has no line.
   const std::vector<std::string>& faults() const { return faults_; }
+  /// Returns true if the last line of the journal has no end, so that it was ignored.
+  bool is_torn() const { return is_torn_; }
 
  private:
   explicit RunJournal(const fs::path& root) : root_(root) {}
@@ -149,6 +151,7 @@ class RunJournal {
   mutable std::mutex mutex_;              // guards entries_ and the file
   std::map<std::string, Entry> entries_;  // keys are paths relative to root_
   std::vector<std::string> faults_;
+  bool is_torn_ = false;
   int first_frame_ = 0;
   int file_ = -1;  // descriptor, opened for the first line that is appended
   fs::path part_;  // part to which this journal appends; empty: none

@@ -116,6 +116,20 @@ def fail_resuming(bench, injection):
               f"{errno.errorcode[error]}", result, expected, before)
 
 
+def fail_threads(bench, injection):
+    """Refuses a thread: the program must say so."""
+    for name, more in (("sim", ["--threads", "3"]), ("run", [])) if bench.is_full else (("sim", ["--threads", "3"]),):
+        expected = expected_of(bench, name)
+        words = commands(bench)[name][0] + more
+        begin(bench, name)
+        count = len(injection.calls(words, "thread"))
+        for number in range(1, count + 1):
+            begin(bench, name)
+            result = injection.run(words, "thread", number, error=errno.EAGAIN)
+            bench.cases += 1
+            check(bench, name, f"thread {number} of {count} is refused", result, expected)
+
+
 def fill_disk(bench, injection, name, count):
     """From some write on, no write succeeds: a full disk. What is there must stay whole."""
     expected = expected_of(bench, name)
@@ -156,6 +170,7 @@ def test(bench):
     for name in ("sim", "render", "export", "run") if bench.is_full else ("sim", "export"):
         fail_each(bench, injection, name)
     fail_resuming(bench, injection)
+    fail_threads(bench, injection)
     fill_disk(bench, injection, "sim", 40 if bench.is_full else 3)
     read_damage(bench, injection)
     if bench.is_full:

@@ -3,7 +3,7 @@
  * Calls count if they concern files below FAULT_ROOT, and are of a kind that FAULT_CALLS lists ("write,rename").
  * Environment:
  *   FAULT_ROOT    absolute path of a folder; without it nothing is changed
- *   FAULT_CALLS   kinds: open read write close sync rename link remove folder truncate stat list
+ *   FAULT_CALLS   kinds: open read write close sync rename link remove folder truncate stat list thread
  *   FAULT_NUMBER  number of the call that fails, from 1 on; 0: none
  *   FAULT_ERROR   errno value of the failure
  *   FAULT_MODE    "once": call FAULT_NUMBER fails; "stay": it and all later ones fail; "kill": SIGKILL instead of the
@@ -16,6 +16,7 @@
 #include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
+#include <pthread.h>
 #include <signal.h>
 #include <stdarg.h>
 #include <stdatomic.h>
@@ -149,4 +150,10 @@ int close(int file) {
   if (!failing) return done;
   errno = reason;
   return -1;
+}
+
+/* A start of a thread returns its error, and concerns no file. */
+int pthread_create(pthread_t* thread, const pthread_attr_t* how, void* (*work)(void*), void* state) {
+  REAL(int, pthread_create, pthread_t*, const pthread_attr_t*, void* (*)(void*), void*);
+  return fails("thread", root, NULL) ? errno : real(thread, how, work, state);
 }

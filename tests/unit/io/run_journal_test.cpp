@@ -141,6 +141,13 @@ TEST_F(Journal, DamageOfTheJournalIsNamed) {
       const bool is_last_end = i + 1 == whole.size();
       EXPECT_FALSE(check.faults.empty() && !(is_last_end && !check.notes.empty())) << damaged;
     }
+  // Lines that are lost at the end leave more unlisted files than a killed program does.
+  write_atomically(journal_path(run.root), whole.substr(0, whole.find('\n') + 1));
+  EXPECT_EQ(check_run(run).faults.size(), 3U);
+  write_atomically(journal_path(run.root), whole + R"({"file":"film.mp4")");
+  EXPECT_TRUE(check_run(run).faults.empty());
+  ASSERT_EQ(check_run(run).notes.size(), 1U);
+  EXPECT_TRUE(contains(check_run(run).notes[0], "its last line has no end"));
   for (const std::string& forged : {std::string(R"({"file":"../../secret","bytes":1,"hash":"0"})"),
                                     std::string(R"({"file":"/etc/passwd",)"),
                                     std::string(R"({"file":"mesh/0000.obj","bytes":-1,"hash":"0"})"),
