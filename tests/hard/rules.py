@@ -129,6 +129,9 @@ def judge(rules, lines, state, overlap, plain):
         rise, moved = energy_rise(lines, first)
         moved = max(moved, rules.get("energy_scale", 0))
         findings.append(below("energy rise / energy that moves", rise / moved if moved > 0 else 0.0, rules["energy"]))
+    if "energy_loss" in rules:
+        energies = [line["kinetic"] + line["potential"] + line["elastic"] for line in late]
+        findings.append(below("energy loss / energy that moves", (energies[0] - min(energies)) / energy_rise(lines, first)[1], rules["energy_loss"]))
     if "penetration" in rules:
         deepest = max(line["max_penetration"] for line in late)
         findings.append(below("penetration / thickness", deepest / thickness, rules["penetration"]))

@@ -1,7 +1,7 @@
 """Cases of the hard-case suite: reads families of cases, fills in their parameters, and changes and writes scenes.
 
 A family is a file tests/hard/NAME.toml (README.md beside this file describes its keys). A text that begins with "=" is an
-arithmetic expression of the parameters: "=0.5 * size".
+arithmetic expression of the parameters: "=0.5 * size". In the text of a file it stands in angle brackets: <=0.5 * size>.
 """
 import ast
 import copy
@@ -9,6 +9,7 @@ import itertools
 import json
 import math
 import operator
+import re
 import tomllib
 
 OPERATORS = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
@@ -79,7 +80,8 @@ class Instance:
         self.says = case.get("says", [])
         self.frames = fill(case.get("frames", family.get("frames", 24)), self.values)
         self.seconds = case.get("seconds", family.get("seconds", 60))
-        self.files = family.get("files", {})
+        self.files = {name: re.sub(r"<=([^>]+)>", lambda found: repr(evaluate(found[1], self.values)), text)
+                      for name, text in family.get("files", {}).items()}
         self.shipped, self.changes = case.get("shipped"), fill(case.get("set", {}), self.values)
         self.scene, self.change = None, fill(case.get("change"), self.values)
         if not self.shipped:
