@@ -79,7 +79,7 @@ class Instance:
         self.outcome = case.get("outcome", family.get("outcome", "done"))
         self.says = case.get("says", [])
         self.frames = fill(case.get("frames", family.get("frames", 24)), self.values)
-        self.seconds = case.get("seconds", family.get("seconds", 60))
+        self.seconds = case.get("seconds", family.get("seconds", 20))
         self.files = {name: re.sub(r"<=([^>]+)>", lambda found: repr(evaluate(found[1], self.values)), text)
                       for name, text in family.get("files", {}).items()}
         self.shipped, self.changes = case.get("shipped"), fill(case.get("set", {}), self.values)
