@@ -18,21 +18,38 @@
 #include "sim/base/files.h"
 
 namespace duet::render {
+namespace {
+
+// Returns whether the file says that it has more pixels than it has room for: more than 2^24, and more than
+// 1032 bytes of them for each of its bytes, the most that the compression of PNG makes of one. stb_image
+// takes memory for as many as the file says. Returns false if the file cannot be understood.
+bool has_impossible_size(const stbi_uc* bytes, int size) {
+  constexpr std::size_t any_file = 1U << 24, bytes_of_one = 1032;
+  int width = 0, height = 0, channels = 0;
+  if (stbi_info_from_memory(bytes, size, &width, &height, &channels) == 0) return false;
+  const std::size_t pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+  const std::size_t pixel_bytes =
+      static_cast<std::size_t>(channels) * (stbi_is_16_bit_from_memory(bytes, size) != 0 ? 2 : 1);
+  return pixels > any_file && pixels * pixel_bytes / bytes_of_one > static_cast<std::size_t>(size);
+}
+
+}  // namespace
 
 Picture read_picture(const std::filesystem::path& path) {
   const std::string bytes = io::read_file(path);
   constexpr std::size_t most = std::numeric_limits<int>::max();
+  const auto* data = reinterpret_cast<const stbi_uc*>(bytes.data());
+  const int size = static_cast<int>(std::min(bytes.size(), most));
+  if (has_impossible_size(data, size))
+    throw FileError(path.string(), "is no whole PNG or JPEG picture: it has no room for its pixels");
   Picture picture;
   const std::unique_ptr<unsigned char, void (*)(void*)> read(
-      stbi_load_from_memory(reinterpret_cast<const stbi_uc*>(bytes.data()),
-                            static_cast<int>(std::min(bytes.size(), most)), &picture.width, &picture.height,
-                            nullptr, 3),
-      stbi_image_free);
+      stbi_load_from_memory(data, size, &picture.width, &picture.height, nullptr, 3), stbi_image_free);
   if (!read)
     throw FileError(path.string(), fmt::format("is no whole PNG or JPEG picture: {}", stbi_failure_reason()));
-  const std::size_t size =
+  const std::size_t rgb_bytes =
       3 * static_cast<std::size_t>(picture.width) * static_cast<std::size_t>(picture.height);
-  picture.rgb.assign(read.get(), read.get() + size);
+  picture.rgb.assign(read.get(), read.get() + rgb_bytes);
   return picture;
 }
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "sim/articulation/block_factor.h"
 #include "sim/base/assert.h"
 #include "sim/base/elementary.h"
 

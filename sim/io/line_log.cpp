@@ -4,11 +4,11 @@
 #include <string_view>
 
 #include <fcntl.h>
-#include <nlohmann/json.hpp>
 #include <unistd.h>
 
 #include "sim/base/files.h"
 #include "sim/base/frame_limits.h"
+#include "sim/io/json_text.h"
 #include "sim/io/run_journal.h"
 
 namespace duet::io {
@@ -17,7 +17,7 @@ namespace {
 // Returns the number "frame" of a line, or -1 if the line is torn, is not a JSON object or has no possible
 // frame.
 int frame_of_line(std::string_view line) {
-  const nlohmann::json object = nlohmann::json::parse(line, nullptr, false);
+  const nlohmann::json object = parse_json(line);
   if (!object.is_object()) return -1;
   const auto frame = object.find("frame");
   if (frame == object.end() || !frame->is_number_integer()) return -1;

@@ -12,11 +12,11 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include "sim/base/files.h"
+#include "sim/io/json_text.h"
 
 namespace duet::io {
 namespace {
@@ -78,7 +78,10 @@ Json to_json(const ProcessName& process) {
 
 std::optional<ProcessName> from_json(const Json& object) {
   try {
-    return ProcessName{object.at("host"), object.at("machine"), object.at("process"), object.at("start")};
+    const auto process = integer_of<long>(object.at("process"));
+    const auto start = integer_of<long long>(object.at("start"));
+    if (!process || !start) return std::nullopt;
+    return ProcessName{object.at("host"), object.at("machine"), *process, *start};
   } catch (const Json::exception&) {
     return std::nullopt;
   }
@@ -109,11 +112,11 @@ std::optional<Seen> look_at(const fs::path& file) {
 
 // Reads a claim. A file without a readable holder, which was not written to its end, has an unknown one.
 ClaimHolder holder_in(const Seen& seen) {
-  const Json object = Json::parse(seen.text, nullptr, false);
+  const Json object = parse_json<Json>(seen.text);
   if (!object.is_object()) return {{"an unknown machine", "", 0, 0}, "an unknown program", "an unknown time"};
   const auto process = from_json(object.value("holder", Json::object()));
-  return {process.value_or(ProcessName{"an unknown machine", "", 0, 0}), object.value("work", ""),
-          object.value("since", "")};
+  return {process.value_or(ProcessName{"an unknown machine", "", 0, 0}), text_in(object, "work"),
+          text_in(object, "since")};
 }
 
 // Returns the claims in the folder by their numbers.
@@ -178,7 +181,7 @@ Life life_of(const ProcessName& process) {
 std::string process_json(const ProcessName& process) { return dump(to_json(process)); }
 
 std::optional<ProcessName> read_process(const std::string& json) {
-  const Json object = Json::parse(json, nullptr, false);
+  const Json object = parse_json<Json>(json);
   return object.is_object() ? from_json(object) : std::nullopt;
 }
 

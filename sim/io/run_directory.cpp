@@ -4,10 +4,10 @@
 #include <limits>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "sim/base/files.h"
 #include "sim/base/frame_limits.h"
+#include "sim/io/json_text.h"
 #include "sim/io/run_journal.h"
 
 namespace duet::io {
@@ -188,6 +188,7 @@ Manifest read_manifest(const RunDirectory& run) {
     throw FileError(run.manifest().string(), "is no manifest of a run: " + what,
                     "simulate the scene anew, or give the folder of another run");
   };
+  if (json_depth(text) > max_json_depth) fail("it nests too deep");
   try {
     const nlohmann::json document = nlohmann::json::parse(text);
     Manifest manifest;

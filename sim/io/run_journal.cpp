@@ -7,13 +7,13 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include "sim/base/file_hash.h"
 #include "sim/base/files.h"
 #include "sim/base/frame_limits.h"
+#include "sim/io/json_text.h"
 
 namespace duet::io {
 namespace {
@@ -145,7 +145,7 @@ void RunJournal::parse(const fs::path& path, std::string_view text) {
 }
 
 bool RunJournal::parse_line(std::string_view line, bool is_first) {
-  const Json object = Json::parse(line, nullptr, false);
+  const Json object = parse_json<Json>(line);
   if (!object.is_object()) return false;
   try {
     if (is_first) {

@@ -4,9 +4,9 @@
 #include <set>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "sim/base/files.h"
+#include "sim/io/json_text.h"
 #include "sim/io/run_journal.h"
 
 namespace duet::io {
@@ -25,7 +25,7 @@ bool stays_inside(const fs::path& path) {
 // file, and files outside of its folder, are left out.
 std::vector<std::string> buffers_of(const std::string& gltf) {
   std::vector<std::string> buffers;
-  const nlohmann::json document = nlohmann::json::parse(gltf, nullptr, false);
+  const nlohmann::json document = parse_json(gltf);
   if (!document.is_object() || !document.contains("buffers") || !document["buffers"].is_array())
     return buffers;
   for (const nlohmann::json& buffer : document["buffers"])
@@ -78,7 +78,7 @@ void write_source(const RunDirectory& run, const RunSource& source, const Source
 std::optional<RunSource> read_source(const RunDirectory& run) {
   const fs::path path = list_of(run);
   if (!fs::exists(path)) return std::nullopt;
-  const nlohmann::json list = nlohmann::json::parse(run.read(path), nullptr, false);
+  const nlohmann::json list = parse_json(run.read(path));
   try {
     RunSource source;
     source.scene = list.at("scene").get<std::string>();

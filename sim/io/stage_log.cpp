@@ -10,10 +10,10 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <nlohmann/json.hpp>
 
 #include "sim/base/error.h"
 #include "sim/base/files.h"
+#include "sim/io/json_text.h"
 
 namespace duet::io {
 namespace {
@@ -69,8 +69,10 @@ class StageHashReader {
     Json object = next_object();
     if (object.is_null()) return false;
     try {
-      frame = object.at("frame").get<int>();
-      step = object.at("step").get<int>();
+      const auto number = integer_of<int>(object.at("frame")), in_frame = integer_of<int>(object.at("step"));
+      if (!number || !in_frame) damaged();
+      frame = *number;
+      step = *in_frame;
       stage = object.at("stage").get<std::string>();
       for (const Owner owner : {Owner::rigid, Owner::deformable, Owner::body, Owner::scene}) {
         const std::string key(name_of(owner));
@@ -118,7 +120,7 @@ class StageHashReader {
     std::string text;
     if (!std::getline(file_, text)) return {};
     ++line_;
-    Json object = Json::parse(text, nullptr, false);
+    Json object = parse_json<Json>(text);
     if (!object.is_object()) damaged();
     return object;
   }

@@ -3,9 +3,9 @@
 #include <charconv>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "sim/base/files.h"
+#include "sim/io/json_text.h"
 
 namespace duet::io {
 
@@ -67,7 +67,7 @@ std::string stats_json(const FrameStats& stats) {
 std::optional<std::uint64_t> recorded_hash(const RunDirectory& run, int frame) {
   if (!fs::exists(run.stats())) return {};
   const std::string line = line_of_frame(read_file(run.stats()), frame);
-  const nlohmann::json object = nlohmann::json::parse(line, nullptr, false);
+  const nlohmann::json object = parse_json(line);
   if (!object.is_object()) return {};
   const auto found = object.find("hash");
   if (found == object.end() || !found->is_string()) return {};

@@ -5,15 +5,25 @@
 #include <sstream>
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include "sim/base/files.h"
+#include "sim/io/json_text.h"
 #include "sim/io/run_claim.h"
 #include "sim/io/run_directory.h"
 #include "sim/io/run_journal.h"
 
 namespace duet::farm {
 namespace {
+
+// Returns the seconds that a line of statistics gives for a frame after frame 0; none for other lines.
+std::optional<double> seconds_in(std::string_view line) {
+  const nlohmann::json object = io::parse_json(line);
+  if (!object.is_object()) return std::nullopt;
+  const auto frame = object.find("frame"), seconds = object.find("seconds");
+  const bool is_later = frame != object.end() && io::integer_of<int>(*frame).value_or(0) > 0;
+  if (!is_later || seconds == object.end() || !seconds->is_number()) return std::nullopt;
+  return seconds->get<double>();
+}
 
 // Returns the seconds that a frame took on average over the last frames of a run; none if it has no frame.
 std::optional<double> seconds_per_frame(const io::RunDirectory& run) {
@@ -25,9 +35,9 @@ std::optional<double> seconds_per_frame(const io::RunDirectory& run) {
   double sum = 0;
   while (end != std::string::npos && end > 0 && count < most) {
     const std::size_t begin = text.rfind('\n', end - 1) + 1;  // npos + 1 is 0
-    const auto frame = nlohmann::json::parse(text.substr(begin, end - begin), nullptr, false);
-    if (!frame.is_object() || !frame.contains("seconds") || frame.value("frame", 0) == 0) break;
-    sum += frame["seconds"].get<double>();
+    const std::optional<double> seconds = seconds_in(std::string_view(text).substr(begin, end - begin));
+    if (!seconds) break;
+    sum += *seconds;
     ++count;
     end = begin == 0 ? std::string::npos : begin - 1;
   }

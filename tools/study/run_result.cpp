@@ -5,6 +5,7 @@
 
 #include "sim/base/files.h"
 #include "sim/io/checkpoint.h"
+#include "sim/io/json_text.h"
 #include "sim/scene/plan.h"
 #include "sim/step/world.h"
 
@@ -32,7 +33,7 @@ std::vector<nlohmann::json> read_stats(const fs::path& folder) {
   const std::string text = run.read(path);
   std::vector<nlohmann::json> frames;
   for (std::size_t begin = 0, end = 0; (end = text.find('\n', begin)) != std::string::npos; begin = end + 1) {
-    frames.push_back(nlohmann::json::parse(text.substr(begin, end - begin), nullptr, false));
+    frames.push_back(io::parse_json(std::string_view(text).substr(begin, end - begin)));
     if (!frames.back().is_object() || !frames.back().contains("hash"))
       throw FileError(path.string(), "holds a line that is no frame's statistics",
                       "simulate the scene again");

@@ -22,6 +22,7 @@
 #include "sim/base/files.h"
 #include "sim/base/hash.h"
 #include "sim/io/checkpoint.h"
+#include "sim/io/json_text.h"
 #include "sim/io/run_claim.h"
 #include "sim/io/run_directory.h"
 #include "sim/scene/plan.h"
@@ -93,8 +94,8 @@ std::string error_in_log(const fs::path& log) {
   std::string error;
   for (std::size_t begin = 0; begin < text.size();) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());
-    const nlohmann::json line = nlohmann::json::parse(text.substr(begin, end - begin), nullptr, false);
-    if (line.is_object() && line.contains("error")) error = line["error"].get<std::string>();
+    const nlohmann::json line = io::parse_json(std::string_view(text).substr(begin, end - begin));
+    if (line.is_object() && line.contains("error")) error = io::text_in(line, "error");
     begin = end + 1;
   }
   return error;
@@ -132,10 +133,10 @@ void Runner::identify(Run& run) const {
 bool Runner::finished(Run& run) const {
   const fs::path file = outcome_file(run);
   if (!fs::exists(file)) return false;
-  const nlohmann::json outcome = nlohmann::json::parse(io::read_file(file), nullptr, false);
+  const nlohmann::json outcome = io::parse_json(io::read_file(file));
   if (!outcome.is_object()) return false;
-  run.failed = outcome.value("status", 1) != 0;
-  run.error = outcome.value("error", "");
+  run.failed = outcome.value("status", nlohmann::json()) != 0;
+  run.error = io::text_in(outcome, "error");
   return run.failed || fs::exists(io::RunDirectory{run.folder}.stats());
 }
 

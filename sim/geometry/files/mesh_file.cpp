@@ -14,6 +14,7 @@
 #include <fmt/ranges.h>
 
 #include "sim/base/error.h"
+#include "sim/geometry/files/gltf_check.h"
 #include "sim/geometry/files/ply_reader.h"
 
 namespace duet {
@@ -91,6 +92,7 @@ TriangleMesh read_mesh(const std::string& path) {
   if (std::find(endings.begin(), endings.end(), ending) == endings.end())
     throw FileError(path, "is no mesh file that is known by its ending",
                     fmt::format("use one of {}", fmt::join(endings, " ")));
+  if (ending == ".gltf" || ending == ".glb") check_gltf(path);
   TriangleMesh mesh = ending == ".ply" ? read_ply(path) : import(path);
   const std::size_t count = mesh.triangles.size();
   // The normals of an STL file are those of its triangles and say nothing about smoothness.

@@ -221,8 +221,12 @@ class PlyReader {
     }
     if (polygon.size() < 3) return;
     // The triangles form a fan from one of the corners, for which all of them face the same way.
+    // The search takes the square of the number of corners, which is bounded: large faces are tried from a
+    // few corners only.
+    constexpr std::size_t max_visits = 10'000'000;
+    const std::size_t max_turns = std::min(polygon.size(), max_visits / polygon.size());
     for (std::size_t turns = 0; polygon.size() > 3 && !is_fan(polygon); ++turns) {
-      if (turns == polygon.size())
+      if (turns == max_turns)
         fail("a face has an outline that cannot be cut into a fan of triangles", "export triangles");
       std::rotate(polygon.begin(), polygon.begin() + 1, polygon.end());
     }

@@ -138,9 +138,10 @@ TetMesh read_medit(Words& words) {
       read_items(words, count, 4, [&] {
         Tet tet{};
         for (int& node : tet) {
-          node = words.number<int>("a vertex") - 1;
-          if (node < 0 || static_cast<std::size_t>(node) >= mesh.nodes.size())
-            words.fail(fmt::format("vertex {} is not among the {} of the mesh", node + 1, mesh.nodes.size()));
+          const auto vertex = words.number<long long>("a vertex");
+          if (vertex < 1 || vertex > static_cast<long long>(mesh.nodes.size()))
+            words.fail(fmt::format("vertex {} is not among the {} of the mesh", vertex, mesh.nodes.size()));
+          node = static_cast<int>(vertex) - 1;
         }
         mesh.tets.push_back(tet);
       });

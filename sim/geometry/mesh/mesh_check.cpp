@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numeric>
 
@@ -20,11 +21,17 @@ constexpr double joined_distance = 1e-6;
 // Fraction of the cube of the diagonal below which a mesh counts as enclosing no volume.
 constexpr double min_enclosed_volume = 1e-9;
 
-double diagonal(const TriangleMesh& mesh) {
+// Largest magnitude of a coordinate. Pictures and exports hold floats; and doubles hold the squares and cubes
+// of such lengths.
+constexpr double max_coordinate = std::numeric_limits<float>::max();
+
+Eigen::AlignedBox3d box_of(const TriangleMesh& mesh) {
   Eigen::AlignedBox3d box;
   for (const Vec3& x : mesh.positions) box.extend(x);
-  return box.diagonal().norm();
+  return box;
 }
+
+double diagonal(const TriangleMesh& mesh) { return box_of(mesh).diagonal().norm(); }
 
 // Renumbers the vertices so that each set becomes one, at the position of its least member.
 void merge(TriangleMesh& mesh, DisjointSets& sets) {
@@ -62,19 +69,22 @@ void merge_equal(TriangleMesh& mesh) {
 std::size_t merge_near(TriangleMesh& mesh) {
   const double distance = joined_distance * diagonal(mesh);
   if (distance == 0) return 0;
+  // Places count from the corner of the mesh, so that numbers of cells stay below a million, however far from
+  // the origin the mesh is.
+  const Vec3 corner = box_of(mesh).min();
   const auto cell = [&](double x) { return static_cast<std::int64_t>(std::floor(x / (4 * distance))); };
   std::map<std::array<std::int64_t, 3>, std::vector<int>> cells;
   DisjointSets sets(mesh.positions.size());
   std::size_t joined = 0;
   for (std::size_t v = 0; v < mesh.positions.size(); ++v) {
-    const Vec3& x = mesh.positions[v];
+    const Vec3 &position = mesh.positions[v], x = position - corner;
     const Vec3 low = x.array() - distance, high = x.array() + distance;
     for (std::int64_t i = cell(low.x()); i <= cell(high.x()); ++i)
       for (std::int64_t j = cell(low.y()); j <= cell(high.y()); ++j)
         for (std::int64_t k = cell(low.z()); k <= cell(high.z()); ++k)
           if (const auto found = cells.find({i, j, k}); found != cells.end())
             for (const int other : found->second)
-              if ((mesh.positions[as_index(other)] - x).norm() <= distance)
+              if ((mesh.positions[as_index(other)] - position).norm() <= distance)
                 joined += sets.join(other, static_cast<int>(v)) ? 1 : 0;
     cells[{cell(x.x()), cell(x.y()), cell(x.z())}].push_back(static_cast<int>(v));
   }
@@ -188,12 +198,12 @@ void check_parts(const TriangleMesh& mesh, std::vector<MeshFlaw>& flaws) {
                      "unite them in a modelling program, or make each a body of its own"});
 }
 
-// Returns whether all coordinates are finite and reports those that are not.
+// Returns whether all coordinates are finite and at most max_coordinate, and reports those that are not.
 bool is_finite(const TriangleMesh& mesh, std::vector<MeshFlaw>& flaws) {
-  const auto bad = [](const Vec3& x) { return !x.allFinite(); };
+  const auto bad = [](const Vec3& x) { return !(x.cwiseAbs().array() <= max_coordinate).all(); };
   const auto count = std::count_if(mesh.positions.begin(), mesh.positions.end(), bad);
   if (count > 0)
-    flaws.push_back({fmt::format("has {} with coordinates that are no finite numbers",
+    flaws.push_back({fmt::format("has {} with coordinates that are no finite numbers, or above 3.4e38",
                                  counted(static_cast<std::size_t>(count), "vertex", "vertices")),
                      "export the mesh again"});
   return count == 0;

@@ -9,6 +9,7 @@
 
 #include <stb/stb_image.h>
 
+#include "render/picture.h"
 #include "render/sequence.h"
 #include "sim/base/error.h"
 #include "sim/base/scratch_folder.h"
@@ -64,6 +65,21 @@ TEST_F(Png, SaysThatItIsSrgbAndIsTheSameEveryTime) {
 TEST_F(Png, BadSizesAndFoldersAreErrors) {
   EXPECT_THROW(write_png(file("a.png"), 20, 10, noise(20, 9)), FileError);
   EXPECT_THROW(write_png(file("missing/a.png"), 20, 10, noise(20, 10)), FileError);
+}
+
+// Without the bound, 18000 x 18000 pixels take 1 GB.
+TEST_F(Png, PicturesWithoutRoomForTheirPixelsAreRefused) {
+  std::string bytes = png_bytes(file("a.png"), 1, 1, {1, 2, 3});
+  for (const std::size_t at : {16U, 20U})
+    bytes.replace(at, 4, std::string("\0\0\x46\x50", 4));  // width, height
+  std::ofstream(file("a.png"), std::ios::binary) << bytes;
+  try {
+    read_picture(file("a.png"));
+    ADD_FAILURE() << "the picture was accepted";
+  } catch (const FileError& error) {
+    EXPECT_NE(std::string(error.what()).find("has no room for its pixels"), std::string::npos)
+        << error.what();
+  }
 }
 
 }  // namespace
