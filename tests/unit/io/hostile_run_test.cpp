@@ -2,10 +2,10 @@
 // end with an exception of a library. Most of the inputs are findings of tests/fuzz.
 #include <string>
 
-#include "tests/support/scratch_folder.h"
 #include <gtest/gtest.h>
 
 #include "sim/base/files.h"
+#include "sim/base/scratch_folder.h"
 #include "sim/io/json_text.h"
 #include "sim/io/run_check.h"
 #include "sim/io/run_claim.h"
@@ -22,7 +22,7 @@ const std::string deep = std::string(200000, '[') + std::string(200000, ']');
 
 class HostileRun : public testing::Test {
  protected:
-  test::ScratchFolder scratch;
+  ScratchFolder scratch;
   RunDirectory run{scratch / "run", {}};
 
   void write(const std::string& name, const std::string& bytes) {

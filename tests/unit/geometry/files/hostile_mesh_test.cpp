@@ -3,11 +3,11 @@
 #include <ctime>
 #include <string>
 
-#include "tests/support/scratch_folder.h"
 #include <gtest/gtest.h>
 
 #include "sim/base/error.h"
 #include "sim/base/files.h"
+#include "sim/base/scratch_folder.h"
 #include "sim/geometry/files/mesh_file.h"
 #include "sim/geometry/files/tet_mesh_file.h"
 
@@ -16,7 +16,7 @@ namespace {
 
 class HostileMesh : public testing::Test {
  protected:
-  test::ScratchFolder scratch;
+  ScratchFolder scratch;
 
   // Checks that reading the file throws a FileError with the words, within 1.5 s of processor time.
   template <class Read>
