@@ -86,7 +86,7 @@ bool lands_on_a_face(const test::EverydayShape& shape) {
 TEST(EverydayRigidConvergence, OfRebounds) {
   constexpr double fall = 0.45;  // s, a whole number of all steps
   constexpr int times = 4;
-  test::Cases cases(3);
+  test::Cases cases(5);
   for (const test::EverydayShape& shape : test::shapes_that_lie_flat()) {
     if (!lands_on_a_face(shape)) continue;
     for (const double restitution : {0.5, 1.0}) {
@@ -110,7 +110,7 @@ TEST(EverydayRigidConvergence, OfRebounds) {
 // Without a rebound the time of landing within a step leaves no error, so steps of any length end at the same
 // place. The bound is what sweeps leave, which end at 1e-9 of the speed.
 TEST(EverydayRigidConvergence, IsAtItsEndWhereNothingRebounds) {
-  test::Cases cases(4);
+  test::Cases cases(5);
   for (const test::EverydayShape& shape : test::shapes_that_lie_flat()) {
     if (!lands_on_a_face(shape)) continue;
     for (const double friction : {0.0, 0.1, 0.3}) {

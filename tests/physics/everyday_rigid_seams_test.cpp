@@ -75,7 +75,7 @@ scene::Scene on_tiles(const Mover& mover, bool first_is_mesh, bool second_is_mes
 // ball meets it there.
 TEST(EverydayRigidSeams, TilesOfBoxesAndMeshesAreOneFloor) {
   double max_lost = 0, max_hop = 0;
-  test::Cases cases(7);  // 12 of 78
+  test::Cases cases(11);  // 8 of 78
   for (const Mover& mover : movers())
     for (const auto& [first, second] : {std::pair(true, true), std::pair(false, true)})
       for (const double speed : {0.5, 2.0, 5.0})

@@ -185,7 +185,7 @@ Found worst_of(const Found& a, const Found& b) {
 // Returns the worst results of all piles with plates of the given footprint.
 Found run_all(double footprint, scene::Integration integration) {
   Found worst;
-  test::Cases cases(3);  // 6 of 16
+  test::Cases cases(5);  // 4 of 16
   for (const Pile pile : {Pile::column_on_plate, Pile::column_on_two_plates, Pile::plate_between_columns,
                           Pile::plate_on_column})
     for (const double ratio : {12.0, 100.0, 1e3, 1e4}) {

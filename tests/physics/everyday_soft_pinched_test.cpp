@@ -150,7 +150,9 @@ TEST(EverydaySoftPinched, SoDoRopesAndParticles) {
 
 // A static lower plate on which the body lies makes the body pinched from the side of the moving plate alone.
 TEST(EverydaySoftPinched, AndOnePlateMayBeStatic) {
-  for (const double least : {0.004, 0.0}) expect_stays({.least = least, .both_move = false});
+  test::Cases cases(2);  // 1 of 2
+  for (const double least : {0.0, 0.004})
+    if (cases.takes()) expect_stays({.least = least, .both_move = false});
 }
 
 }  // namespace

@@ -147,7 +147,9 @@ TEST(LinkedContact, WhatOverlapsInALoopParts) {
 TEST(LinkedContact, AHeapHasTheSameBitsForAnyNumberOfThreads) {
   std::vector<std::uint64_t> hashes;
   const int frames = test::runs_in_full() ? 8 : 5;
+  test::Cases cases(2);  // 2 of 3
   for (const int threads : {1, 2, 3}) {
+    if (!cases.takes()) continue;
     set_thread_count(threads);
     scene::Scene scene = test::on_ground(0.4);
     for (int n = 0; n < 24; ++n) {
@@ -172,8 +174,7 @@ TEST(LinkedContact, AHeapHasTheSameBitsForAnyNumberOfThreads) {
     hashes.push_back(simulation.stats().hash);
   }
   set_thread_count(0);
-  EXPECT_EQ(hashes[0], hashes[1]);
-  EXPECT_EQ(hashes[0], hashes[2]);
+  for (const std::uint64_t hash : hashes) EXPECT_EQ(hash, hashes[0]);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // Structures that are built to stand do so: ten seconds of the scenes of scenes/hard (outside of long tests
-// four), compared with their start.
+// three), compared with their start.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -61,7 +61,7 @@ class Standing : public testing::TestWithParam<Structure> {};
 // thickness. A solver that leaves a residual in every step lets structures creep and fall within seconds.
 TEST_P(Standing, TenSecondsWithoutDrift) {
   const Structure& structure = GetParam();
-  const double seconds = test::runs_in_full() ? 10 : 4, bound = 1e-3 * seconds;
+  const double seconds = test::runs_in_full() ? 10 : 3, bound = 1e-3 * seconds;
   const Drift drift = drift_of((std::string(structure.file) + ".toml").c_str(), seconds);
   test::expect_below(drift.moved / structure.size, bound, "drift_over_size");
   test::expect_below(drift.turned, bound, "turned_rad");

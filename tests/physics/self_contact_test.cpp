@@ -1,6 +1,7 @@
 // Contact of deformable bodies with each other and with themselves.
 #include <algorithm>
 
+#include "tests/support/full.h"
 #include "tests/support/scenes.h"
 #include <gtest/gtest.h>
 
@@ -195,7 +196,9 @@ TEST(SelfContact, BodiesThatStayApartAreNotTouchedByIt) {
 // Two bodies that only touch are as much of a problem as overlapping ones, because rounding decides on which
 // side of each other they are. They are separated, or refused with an error that names both.
 TEST(SelfContact, BodiesThatMeetAtTheStartArePartedOrRefused) {
-  for (const double gap : {-0.1, 0.0, 1e-12}) {
+  test::Cases cases(3);  // 1 of 3; boxes that overlap are parted in EverydaySoftOverlap as well
+  for (const double gap : {0.0, -0.1, 1e-12}) {
+    if (!cases.takes()) continue;
     scene::Scene scene = two_boxes(gap);
     Simulation parted(scene, test::plan(scene));
     ASSERT_EQ(parted.initial_overlaps().size(), 1U);

@@ -101,21 +101,22 @@ mass = 2
 
 TEST(RigidShapes, ExplainNamesTheGrids) {
   const ScratchFolder scratch;
-  io::write_atomically(scratch / "plate.obj",
-                       "v 0 0 0\nv 1 0 0\nv 1 0.1 0\nv 0 0.1 0\nv 0 0 1\nv 1 0 1\nv 1 0.1 1\nv 0 0.1 1\n"
-                       "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n");
+  io::write_atomically(
+      scratch / "strip.obj",
+      "v 0 0 0\nv 1 0 0\nv 1 0.1 0\nv 0 0.1 0\nv 0 0 0.1\nv 1 0 0.1\nv 1 0.1 0.1\nv 0 0.1 0.1\n"
+      "f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n");
   const Scene scene = read_text(R"(
 [[rigid]]
 name = "a"
-shape = { mesh = "plate.obj" }
+shape = { mesh = "strip.obj" }
 mass = 1
 [[rigid]]
 name = "b"
-shape = { mesh = "plate.obj" }
+shape = { mesh = "strip.obj" }
 mass = 2
 [[rigid]]
 name = "c"
-shape = { mesh = "plate.obj", cells = 8 }
+shape = { mesh = "strip.obj", cells = 8 }
 mass = 2
 )",
                                 (scratch / "scene.toml").string())
