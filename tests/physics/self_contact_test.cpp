@@ -196,8 +196,8 @@ TEST(SelfContact, BodiesThatStayApartAreNotTouchedByIt) {
 // Two bodies that only touch are as much of a problem as overlapping ones, because rounding decides on which
 // side of each other they are. They are separated, or refused with an error that names both.
 TEST(SelfContact, BodiesThatMeetAtTheStartArePartedOrRefused) {
-  test::Cases cases(3);  // 1 of 3; boxes that overlap are parted in EverydaySoftOverlap as well
-  for (const double gap : {0.0, -0.1, 1e-12}) {
+  test::Cases cases(2);  // 2 of 3
+  for (const double gap : {1e-12, 0.0, -0.1}) {
     if (!cases.takes()) continue;
     scene::Scene scene = two_boxes(gap);
     Simulation parted(scene, test::plan(scene));
