@@ -104,6 +104,7 @@ TEST_F(HostileNames, PlotLedgerShowsThemAndRunsNothing) {
   ASSERT_TRUE(contains(stats, stage));
   replace(stats, stage, nlohmann::json(hostile + "', system('touch pwned') #").dump());
   io::write_atomically(run.stats(), stats);
+  fs::remove(io::journal_path(run.root));  // a forged run, as somebody may send it
   Program program({"./" + hostile}, scratch.path(), source_folder() + "/tools/plot-ledger");
   const Finished finished = finish(program);
   ASSERT_EQ(finished.status, 0) << finished.errors;
