@@ -4,6 +4,7 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <new>
 #include <string_view>
 
 #include <assimp/Importer.hpp>
@@ -78,7 +79,12 @@ TriangleMesh import(const std::string& path) {
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
   const aiScene* scene = importer.ReadFile(path, aiProcess_ValidateDataStructure | aiProcess_Triangulate |
                                                      aiProcess_SortByPType | aiProcess_PreTransformVertices);
-  if (!scene) throw FileError(path, importer.GetErrorString(), "export the mesh again");
+  if (!scene) {
+    const std::string reason = importer.GetErrorString();
+    // Assimp catches all exceptions; too little memory is no fault of the file.
+    if (reason.find("std::bad_alloc") != std::string::npos) throw std::bad_alloc();
+    throw FileError(path, reason, "export the mesh again");
+  }
   TriangleMesh mesh;
   for (unsigned i = 0; i < scene->mNumMeshes; ++i) add(*scene->mMeshes[i], mesh);
   return mesh;
