@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 #include <memory>
+#include <string_view>
 
 #define STB_IMAGE_IMPLEMENTATION
 #define STB_IMAGE_STATIC
@@ -33,6 +34,30 @@ bool has_impossible_size(const stbi_uc* bytes, int size) {
   return pixels > any_file && pixels * pixel_bytes / bytes_of_one > static_cast<std::size_t>(size);
 }
 
+// Returns whether a table of Huffman codes in a JPEG file has more than 256 codes, which stb_image
+// before 2.28 writes beyond its arrays. Markers are looked for at every byte, as stb_image finds them in
+// damaged files, except in the segments of applications and comments.
+bool has_impossible_codes(std::string_view bytes) {
+  if (!bytes.starts_with("\xff\xd8")) return false;
+  const auto byte = [&](std::size_t at) {
+    return at < bytes.size() ? static_cast<unsigned char>(bytes[at]) : std::size_t{0};
+  };
+  for (std::size_t at = 2; at < bytes.size();) {
+    const std::size_t marker = byte(at) == 0xff ? byte(at + 1) : 0;
+    const std::size_t end = at + 2 + (byte(at + 2) << 8 | byte(at + 3));  // of a segment that begins here
+    if (marker == 0xc4) {
+      for (std::size_t table = at + 4, codes = 0; table < end && table < bytes.size(); table += 17 + codes) {
+        codes = 0;
+        for (std::size_t length = 1; length <= 16; ++length) codes += byte(table + length);
+        if (codes > 256) return true;
+      }
+    }
+    const bool is_of_application = (marker >= 0xe0 && marker <= 0xef) || marker == 0xfe;
+    at = is_of_application ? end : at + 1;
+  }
+  return false;
+}
+
 }  // namespace
 
 Picture read_picture(const std::filesystem::path& path) {
@@ -40,6 +65,8 @@ Picture read_picture(const std::filesystem::path& path) {
   constexpr std::size_t most = std::numeric_limits<int>::max();
   const auto* data = reinterpret_cast<const stbi_uc*>(bytes.data());
   const int size = static_cast<int>(std::min(bytes.size(), most));
+  if (has_impossible_codes(bytes))
+    throw FileError(path.string(), "is no whole PNG or JPEG picture: a table of codes is too long");
   if (has_impossible_size(data, size))
     throw FileError(path.string(), "is no whole PNG or JPEG picture: it has no room for its pixels");
   Picture picture;

@@ -82,5 +82,20 @@ TEST_F(Png, PicturesWithoutRoomForTheirPixelsAreRefused) {
   }
 }
 
+// Before version 2.28, stb_image writes such a table beyond its arrays.
+TEST_F(Png, JpegTablesOfTooManyCodesAreRefused) {
+  const std::string start = "\xff\xd8\xff\xe0" + std::string("\0\4ab", 4);
+  const std::string counts(16, 17);  // of the codes of each length: 272 in all
+  std::ofstream(file("a.jpg"), std::ios::binary)
+      << start << std::string("\xff\xc4\1\x23\0", 5) << counts << std::string(272, 1);
+  try {
+    read_picture(file("a.jpg"));
+    ADD_FAILURE() << "the picture was accepted";
+  } catch (const FileError& error) {
+    EXPECT_NE(std::string(error.what()).find("a table of codes is too long"), std::string::npos)
+        << error.what();
+  }
+}
+
 }  // namespace
 }  // namespace duet::render::png_test
