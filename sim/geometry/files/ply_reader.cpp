@@ -233,7 +233,8 @@ class PlyReader {
     for (std::size_t k = 2; k < polygon.size(); ++k) add_triangle({polygon[0], polygon[k - 1], polygon[k]});
   }
 
-  // Returns whether all triangles of the fan from the first corner face the same way.
+  // Returns whether all triangles of the fan from the first corner face the same way. Outlines that go forth
+  // and back have triangles whose areas cancel, which face both ways.
   bool is_fan(const std::vector<int>& polygon) const {
     const auto corner = [&](std::size_t k) -> const Vec3& {
       return mesh_.positions[static_cast<std::size_t>(polygon[k])];
@@ -244,7 +245,7 @@ class PlyReader {
     Vec3 sum = Vec3::Zero();
     for (std::size_t k = 2; k < polygon.size(); ++k) sum += area(k);
     for (std::size_t k = 2; k < polygon.size(); ++k)
-      if (area(k).dot(sum) < 0) return false;
+      if (area(k).dot(sum) < 0 || (sum.isZero(0) && !area(k).isZero(0))) return false;
     return true;
   }
 
