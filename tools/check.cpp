@@ -46,6 +46,7 @@ StartCheck check_start(const scene::ReadResult& read, const std::string& out) {
     const Simulation simulation(scene, scene::plan_effects(scene).active());
     for (const InitialOverlap& overlap : simulation.initial_overlaps())
       check.warnings.push_back(describe_separation(overlap));
+    for (std::string& warning : scene::material_warnings(scene)) check.warnings.push_back(std::move(warning));
     if (std::string warning = scene::step_warning(scene, simulation.sizes()); !warning.empty())
       check.warnings.push_back(std::move(warning));
     for (std::string& warning :

@@ -12,6 +12,7 @@
 #include "tools/commands.h"
 #include "tools/frame_drawer.h"
 #include "tools/interrupt.h"
+#include "tools/overlap_notes.h"
 #include "tools/scene_files.h"
 #include "tools/version.h"
 #include <fmt/format.h>
@@ -157,6 +158,7 @@ class Run {
   std::vector<std::string> faults_;  // damaged and lost files of the frames before a --resume
   Totals totals_;
   std::vector<PinchStats> pinched_;  // pinches so far, each with the least room of the run
+  OverlapNotes overlap_notes_;
   std::unique_ptr<FrameDrawer> drawer_;
 };
 
@@ -170,7 +172,8 @@ Run::Run(const SimulateOptions& options, Report& report)
       last_(options.frames ? options.frames->last : read_.scene.frames),
       first_(options.frames ? options.frames->first.value_or(0) : 0),
       until_(end_of(options.stop_after)),
-      simulation_(read_.scene, effects_) {
+      simulation_(read_.scene, effects_),
+      overlap_notes_(simulation_) {
   simulation_.stop_when(&give_up_flag());
   if (options.ledger) simulation_.keep_ledger();
 }
@@ -397,6 +400,7 @@ void Run::record() {
   const FrameStats stats = simulation_.stats();
   if (wanted(frame)) write_frame(frame, stats);
   note_pinches(stats);
+  if (const std::optional<std::string> note = overlap_notes_.look(simulation_, stats)) report_.note(*note);
   stats_->append(stats);
   if (stages_) stages_->list();
   io::write_checkpoint(directory_, identity_, {frame, simulation_.save_state()});
@@ -442,6 +446,7 @@ Outcome Run::work() {
   for (const PinchStats& pinch : pinched_)
     pinched += fmt::format("; `{}` ({:.3g} m) pinched between `{}` and `{}`, at least {:.3g} m apart",
                            pinch.body, pinch.thickness, pinch.first, pinch.second, pinch.room);
+  pinched += overlap_notes_.outcome();
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   std::string drawing;
   if (drawer_ && drawer_->seconds_per_frame() > 0)

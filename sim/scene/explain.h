@@ -25,6 +25,10 @@ TimeStepEstimate estimate_time_step(const Scene& scene, const WorldSizes& sizes)
 /// reason, and the changes that allow longer steps. Otherwise returns an empty string.
 std::string step_warning(const Scene& scene, const WorldSizes& sizes);
 
+/// Returns a warning for each material of finite elements whose Poisson's ratio is so far below 0 that
+/// strongly compressed elements of its model fail.
+std::vector<std::string> material_warnings(const Scene& scene);
+
 /// Returns a warning for each skin that lies farther than a hundredth of its extent from the contact surface:
 /// how deep in other bodies, or how far from them, it may be drawn.
 std::vector<std::string> skin_warnings(const WorldSizes& sizes);

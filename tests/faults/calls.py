@@ -107,7 +107,7 @@ def fail_resuming(bench, injection):
     before = content(bench, name)
     calls = injection.calls(words + more, KINDS)
     everything = cases(bench, calls, name)
-    for number, error in everything if bench.is_full else everything[:8]:
+    for number, error in everything if bench.is_full else everything[:4]:
         shutil.rmtree(bench.path("run"))
         shutil.copytree(bench.path("begun"), bench.path("run"))
         result = injection.run(words + more, KINDS, number, error=error)

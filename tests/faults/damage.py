@@ -133,7 +133,7 @@ def plan(bench, names):
     """Returns triples (file, number of the damage, readers)."""
     choice = bench.random("plan")
     cases = []
-    count = 250 if bench.is_full else 9
+    count = 250 if bench.is_full else 5
     for pattern, readers in KINDS.items():
         files = [name for name in names if fnmatch.fnmatch(name, pattern)]
         slow = ("plot-ledger", "render")

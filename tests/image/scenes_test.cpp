@@ -265,7 +265,8 @@ TEST_P(Scenes, LookLikeTheirReferences) {
 // tests: ctest compares the hashes of its first frames on two threads with the committed ones
 // (tests/CMakeLists.txt).
 bool takes_long(const std::string& scene) {
-  const std::set<std::string> all{"pile", "snake", "fish", "bowl", "bowl_rings", "chain"};
+  const std::set<std::string> all{"pile",  "snake", "fish",  "bowl",       "bowl_rings",
+                                  "chain", "row",   "stack", "maggot_ring"};
   return all.contains(scene);
 }
 

@@ -153,6 +153,21 @@ TEST(Program, CheckNamesFramesOfThousandsOfSteps) {
   }
 }
 
+// The energy of the default model has no lower bound for elements of such materials.
+TEST(Program, CheckWarnsOfMaterialsThatFailUnderCompression) {
+  const auto checked = [](const std::string& ratio, const std::string& model) {
+    return run_duet({"check", tiny, "--set", "materials.jelly.poisson_ratio=" + ratio, "--set",
+                     "materials.jelly.model=" + model});
+  };
+  const Finished warned = checked("-0.9", "neo_hookean");
+  EXPECT_EQ(warned.status, 0) << warned.errors;
+  ASSERT_EQ(warned.output.size(), 2U);
+  EXPECT_TRUE(contains(warned.output[0], "material `jelly`: with a Poisson's ratio of -0.9"))
+      << warned.output[0];
+  EXPECT_EQ(checked("-0.4", "neo_hookean").output.size(), 1U);
+  EXPECT_EQ(checked("-0.9", "st_venant_kirchhoff").output.size(), 1U);
+}
+
 TEST(Program, CheckWarnsOfBodiesThatAreParted) {
   const ScratchFolder scratch;
   io::write_atomically(scratch / "two.toml",

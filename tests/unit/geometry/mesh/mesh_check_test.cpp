@@ -81,7 +81,10 @@ TEST(MeshCheck, RefusesMeshesWithoutVolumeOrTriangles) {
 TEST(MeshCheck, RefusesCoordinatesThatAreNotFinite) {
   TriangleMesh mesh = box();
   mesh.positions[3].y() = std::nan("");
-  expect_flaw(mesh, "has 1 vertex with coordinates that are no finite numbers", "export");
+  constexpr const char* message = "has 1 vertex with coordinates that are no finite numbers, or above 3.4e38";
+  expect_flaw(mesh, message, "export");
+  mesh.positions[3].y() = -1e39;
+  expect_flaw(mesh, message, "export");
 }
 
 TEST(MeshCheck, SplitVerticesAreJoined) {

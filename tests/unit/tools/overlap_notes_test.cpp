@@ -1,0 +1,54 @@
+#include <string>
+
+#include "tests/restart/program.h"
+#include <gtest/gtest.h>
+
+#include "sim/base/files.h"
+#include "sim/base/scratch_folder.h"
+
+namespace duet::test::overlap_notes_test {
+namespace {
+
+// Returns a scene in which two plates close on a box of 1 m, to a gap of `gap` (m), in half a second.
+std::string vise(double gap) {
+  const auto plate = [&](const std::string& name, double side) {
+    return "[[rigid]]\nname = \"" + name + "\"\nshape = { box = [4, 0.5, 4] }\nmotion = { keyframes = [" +
+           "{ time = 0, position = [0, " + std::to_string(1.5 + 0.76 * side) +
+           ", 0] }, { time = 0.5, position = [0, " + std::to_string(1.5 + (0.25 + gap / 2) * side) +
+           ", 0] }] }\n";
+  };
+  return "[[rigid]]\nname = \"block\"\nshape = { box = [1, 1, 1] }\nposition = [0, 1.5, 0]\nmass = 1000\n" +
+         plate("lower", -1) + plate("upper", 1);
+}
+
+Finished simulate(const ScratchFolder& folder, double gap) {
+  io::write_atomically(folder / "vise.toml", vise(gap));
+  return run_duet({"sim", (folder / "vise.toml").string(), "--frames", "10", "--stats-only", "--out",
+                   (folder / "run").string()});
+}
+
+// Returns everything that the program has printed.
+std::string text_of(const Finished& finished) {
+  std::string text = finished.errors;
+  for (const std::string& line : finished.output) text += line + '\n';
+  return text;
+}
+
+// No motion can avoid the overlap of a rigid box in a vise that is too narrow for it: the program says so.
+TEST(OverlapNotes, NameTheBodyThatAViseCrushes) {
+  const ScratchFolder folder;
+  const Finished finished = simulate(folder, 0.5);
+  EXPECT_EQ(finished.status, 0) << finished.errors;
+  EXPECT_NE(text_of(finished).find("`block` lies "), std::string::npos) << text_of(finished);
+  EXPECT_NE(finished.last_line().find("deep in `"), std::string::npos) << finished.last_line();
+}
+
+TEST(OverlapNotes, AreSilentWhereBodiesOnlyTouch) {
+  const ScratchFolder folder;
+  const Finished finished = simulate(folder, 1);
+  EXPECT_EQ(finished.status, 0) << finished.errors;
+  EXPECT_EQ(text_of(finished).find("deep in `"), std::string::npos) << finished.last_line();
+}
+
+}  // namespace
+}  // namespace duet::test::overlap_notes_test
