@@ -171,6 +171,8 @@ double mass_ratio(const WorldSizes& sizes) {
   return sizes.lightest > 0 ? sizes.heaviest / sizes.lightest : 1;
 }
 
+namespace {
+
 // Returns whether implicit steps weaken joint control that moves bones in flesh. Control acts on the bones
 // before the implicit forces of the flesh, which then take away as much of the motion as the flesh resists
 // within a step.
@@ -204,6 +206,8 @@ std::string skin_warning(const SkinSize& skin) {
       "or a `skin` with contact = true",
       sharers(skin), what);
 }
+
+}  // namespace
 
 std::vector<std::string> skin_warnings(const WorldSizes& sizes) {
   std::vector<std::string> found;
@@ -268,6 +272,8 @@ std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, co
   return found;
 }
 
+namespace {
+
 // Returns the warnings about the scene and those in `further`.
 std::vector<std::string> all_warnings(const Scene& scene, const EffectPlan& plan, const WorldSizes& sizes,
                                       const std::vector<std::string>& further) {
@@ -275,6 +281,8 @@ std::vector<std::string> all_warnings(const Scene& scene, const EffectPlan& plan
   found.insert(found.end(), further.begin(), further.end());
   return found;
 }
+
+}  // namespace
 
 std::string explain(const Scene& scene, const EffectPlan& plan, const WorldSizes& sizes,
                     const std::vector<std::string>& further) {

@@ -3,7 +3,7 @@ import errno
 import shutil
 
 from injection import Injection
-from kills import begin, commands, content
+from kills import begin, check_end, check_finished, commands, content
 from program import content_of, differences
 
 # Errors that a call can end with, by its kind. Those of other kinds are EIO.
@@ -44,25 +44,13 @@ def damaged(bench, name, expected, before):
 def check(bench, name, what, result, expected, before=None):
     """Checks how a program with a failing call ended, what it left, and what --resume makes of it."""
     where = f"{name}: {what}"
-    if trouble := result.trouble():
-        bench.fail(f"{where}: {trouble}", result)
+    check_end(bench, name, where, result, expected)
     run = bench.path("run")
-    if result.status == 0:
-        if wrong := differences(content(bench, name), expected):
-            bench.fail(f"{where}: status 0, and {', '.join(wrong)} are not right", result)
-    elif name != "export" and (wrong := damaged(bench, name, expected, before or {})):
+    if result.status != 0 and name != "export" and (wrong := damaged(bench, name, expected, before or {})):
         verified = bench.run(["verify", str(run)])
         if unnamed := [file for file in wrong if file not in verified.said]:
             bench.fail(f"{where}: {', '.join(unnamed)} are damaged, and `verify` does not say so", verified)
-    words, more = commands(bench)[name]
-    finished = bench.run(words + more)
-    if finished.status != 0:
-        return bench.fail(f"{where}: cannot be finished", finished)
-    if wrong := differences(content(bench, name), expected):
-        return bench.fail(f"{where}: {', '.join(wrong)} differ after it was finished", finished)
-    verified = bench.run(["verify", str(run)])
-    if verified.status != 0:
-        bench.fail(f"{where}: damaged after it was finished", verified)
+    check_finished(bench, name, where, expected)
 
 
 def cases(bench, calls, name):

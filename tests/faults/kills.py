@@ -42,24 +42,39 @@ def undisturbed(bench):
     return expected
 
 
+def check_end(bench, name, where, result, expected):
+    """Reports a program that ended without a sentence, or with status 0 and files that are not right."""
+    if trouble := result.trouble():
+        bench.fail(f"{where}: {trouble}", result)
+    if result.status == 0 and (wrong := differences(content(bench, name), expected)):
+        bench.fail(f"{where}: status 0, and {', '.join(wrong)} are not right", result)
+
+
+def check_finished(bench, name, where, expected):
+    """Finishes a command that was disturbed, and reports what then is not as an undisturbed one leaves it. Returns how
+    the finishing program ended, or None after a report."""
+    words, more = commands(bench)[name]
+    finished = bench.run(words + more)
+    if finished.status != 0:
+        return bench.fail(f"{where}: cannot be finished", finished)
+    if wrong := differences(content(bench, name), expected):
+        return bench.fail(f"{where}: {', '.join(wrong)} differ after it was finished", finished)
+    verified = bench.run(["verify", str(bench.path("run"))])
+    if verified.status != 0:
+        return bench.fail(f"{where}: damaged after it was finished", verified)
+    return finished
+
+
 def check(bench, name, what, expected):
     """Checks the folder of a killed program, finishes its work, and compares the result with the undisturbed one."""
-    words, more = commands(bench)[name]
     where = f"{name} killed {what}"
     if bench.path("run/journal.jsonl").exists():
         verified = bench.run(["verify", str(bench.path("run"))])
         # A run that was killed before it listed a file has an empty journal.
         if verified.status != 0 and bench.path("run/checkpoint/0000.bin").exists():
             bench.fail(f"{where}: `verify` finds damage", verified)
-    finished = bench.run(words + more)
-    if finished.status != 0:
-        return bench.fail(f"{where}: cannot be finished", finished)
-    if wrong := differences(content(bench, name), expected[name][0]):
-        return bench.fail(f"{where}: {', '.join(wrong)} differ from an undisturbed run", finished)
-    verified = bench.run(["verify", str(bench.path("run"))])
-    if verified.status != 0:
-        bench.fail(f"{where}: damaged after it was finished", verified)
-    elif name in ("sim", "run") and (left := temporaries(bench.path("run"))):
+    finished = check_finished(bench, name, where, expected[name][0])
+    if finished and name in ("sim", "run") and (left := temporaries(bench.path("run"))):
         bench.fail(f"{where}: left {left}", finished)
 
 

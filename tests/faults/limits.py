@@ -2,35 +2,27 @@
 leaves must be whole and go on to the right bits."""
 import resource
 
-from kills import begin, commands, content
-from program import SCENE, differences
+from kills import begin, check_end, check_finished, commands, content
+from program import SCENE
 
 MEGABYTE = 1 << 20
 
 
 def limited(bench, name, limits, what, expected):
     """Runs a command under limits, then finishes it without them."""
-    words, more = commands(bench)[name]
+    words, _ = commands(bench)[name]
     begin(bench, name)
     result = bench.run(words, limits=limits)
     bench.cases += 1
     where = f"{name} with {what}"
-    if trouble := result.trouble():
-        bench.fail(f"{where}: {trouble}", result)
-    run = bench.path("run")
+    check_end(bench, name, where, result, expected)
     if result.status == 0:
-        if wrong := differences(content(bench, name), expected):
-            bench.fail(f"{where}: status 0, and {', '.join(wrong)} are not right", result)
         return result.status
     if bench.path("run/checkpoint/0000.bin").exists():
-        verified = bench.run(["verify", str(run)])
+        verified = bench.run(["verify", str(bench.path("run"))])
         if verified.status != 0:
             bench.fail(f"{where}: leaves damage", verified)
-    finished = bench.run(words + more)
-    if finished.status != 0:
-        bench.fail(f"{where}: cannot be finished", finished)
-    elif wrong := differences(content(bench, name), expected):
-        bench.fail(f"{where}: {', '.join(wrong)} differ after it was finished", finished)
+    check_finished(bench, name, where, expected)
     return result.status
 
 
