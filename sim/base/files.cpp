@@ -180,7 +180,14 @@ void write_atomically(const fs::path& path, const std::string& bytes) {
 }
 
 std::string read_file(const fs::path& path) {
+  std::optional<std::string> bytes = read_file_if_there(path);
+  if (!bytes) throw system_error(path, "cannot read", ENOENT);
+  return *std::move(bytes);
+}
+
+std::optional<std::string> read_file_if_there(const fs::path& path) {
   const Descriptor file(open_to_read(path));
+  if (file.get() < 0 && (errno == ENOENT || errno == ENOTDIR)) return std::nullopt;
   std::string bytes(static_cast<std::size_t>(size_of(file.get(), path)), '\0');
   std::size_t done = 0;
   while (true) {

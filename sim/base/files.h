@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -34,6 +35,10 @@ FileError system_error(const fs::path& path, const std::string& action, int erro
 
 /// Returns the whole file as bytes. Throws FileError if it cannot be read or is not a regular file.
 std::string read_file(const fs::path& path);
+
+/// Returns the whole file as bytes; none if there is no such file, which another program may remove at any
+/// moment. Otherwise as read_file().
+std::optional<std::string> read_file_if_there(const fs::path& path);
 
 /// Writes `bytes` to a temporary name beside `path` and renames that file, so that the file is whole or
 /// absent. An existing file is replaced. Throws FileError; the temporary file is then removed.

@@ -62,11 +62,8 @@ std::map<fs::path, std::string> texts_of_parts(const fs::path& root) {
   std::error_code missing;
   if (!fs::is_directory(parts_folder(root), missing)) return parts;
   for (const fs::path& path : files_in(parts_folder(root)))
-    if (is_growing(path)) try {
-        parts[path] = read_file(path);
-      } catch (const FileError&) {
-        if (fs::exists(path, missing)) throw;
-      }
+    if (is_growing(path))
+      if (std::optional<std::string> text = read_file_if_there(path)) parts[path] = *std::move(text);
   return parts;
 }
 
@@ -92,22 +89,21 @@ FileMark mark_of_file(const fs::path& path, std::uint64_t most) {
 }
 
 std::shared_ptr<RunJournal> RunJournal::read(const fs::path& root) {
-  // Another program may remove the journal between the look for it and its reading, and write a new one at
-  // once. An error that lasts is there at each of the attempts.
+  // Another program may begin a new journal meanwhile. An error that lasts is there at each of the attempts.
   constexpr int attempts = 10;
   const fs::path path = journal_path(root);
-  std::error_code missing;
-  for (int attempt = 1; fs::exists(path, missing); ++attempt) try {
+  for (int attempt = 1;; ++attempt) try {
       std::shared_ptr<RunJournal> journal(new RunJournal(root));
       const auto parts =
           texts_of_parts(root);  // first: a part that is gone is merged into the journal by now
-      journal->parse(path, read_file(path));
+      const std::optional<std::string> text = read_file_if_there(path);
+      if (!text) return nullptr;
+      journal->parse(path, *text);
       journal->merge(parts);
       return journal;
     } catch (const FileError&) {
       if (attempt == attempts) throw;
     }
-  return nullptr;
 }
 
 std::shared_ptr<RunJournal> RunJournal::open(const fs::path& root, int first_frame) {
