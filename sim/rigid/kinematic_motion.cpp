@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "sim/base/assert.h"
@@ -12,6 +13,7 @@ namespace duet {
 namespace {
 
 constexpr double two_pi = 2 * std::numbers::pi;
+constexpr double never = std::numeric_limits<double>::infinity();
 
 using Increments = std::array<Vec3, 3>;
 
@@ -189,6 +191,20 @@ double rate_bound(const Track<Value>& track, double begin, double end) {
   return bound;
 }
 
+// Returns the first time (s) after `time` at which the velocity of a track jumps.
+template <class Value>
+double next_jump(const Track<Value>& track, double time) {
+  if (track.jump.empty()) return never;
+  const double first = track.time.front(), period = track.time.back() - first;
+  const double begin = track.loop ? period * std::floor((time - first) / period) : 0;  // of the lap
+  const auto next = std::upper_bound(track.jump.begin(), track.jump.end(), time - begin);
+  if (next != track.jump.end()) return begin + *next;
+  return track.loop ? begin + period + track.jump.front() : never;
+}
+
+// Least jump of a velocity, over the velocities on both sides of it: rounding leaves less.
+constexpr double least_jump = 1e-6;
+
 // Largest difference between the first and the last key of a loop, m or rad: ten times what rounded decimal
 // numbers in scenes leave. A jump of this size is not seen.
 [[maybe_unused]] constexpr double same_place = 1e-8;
@@ -201,6 +217,26 @@ double rate_bound(const Track<Value>& track, double begin, double end) {
 }
 
 }  // namespace
+
+// The rates at the beginning and the end of an interval are 3 a_1 and 3 a_3 over its length.
+template <class Value>
+void find_jumps(Track<Value>& track) {
+  track.jump.clear();
+  const std::size_t count = track.increment.size();
+  const auto rate = [&](std::size_t interval, std::size_t k) {
+    return Vec3(track.increment[interval][k] / (track.time[interval + 1] - track.time[interval]));
+  };
+  for (std::size_t i = 0; count > 0 && i <= count; ++i) {
+    if (track.loop && i == count) break;  // the first key
+    const bool follows = i > 0 || track.loop, precedes = i < count;
+    const Vec3 before = follows ? rate(i > 0 ? i - 1 : count - 1, 2) : Vec3(Vec3::Zero()),
+               after = precedes ? rate(i, 0) : Vec3(Vec3::Zero());
+    if ((after - before).norm() > least_jump * (after.norm() + before.norm()))
+      track.jump.push_back(track.time[i]);
+  }
+}
+template void find_jumps(PositionTrack& track);
+template void find_jumps(OrientationTrack& track);
 
 PositionTrack position_track(std::span<const PositionKey> keys, Interpolation interpolation, bool loop) {
   DUET_ASSERT(is_increasing(keys));
@@ -220,6 +256,7 @@ PositionTrack position_track(std::span<const PositionKey> keys, Interpolation in
                last = third * keys[i + 1].velocity.value_or(rates[i].end);
     track.increment.push_back({first, change[i] - first - last, last});
   }
+  find_jumps(track);
   return track;
 }
 
@@ -249,6 +286,7 @@ OrientationTrack orientation_track(std::span<const OrientationKey> keys, Interpo
     const Quat middle = exponential(-last) * exponential(change[i]) * exponential(-first);
     track.increment.push_back({first, logarithm_near(middle, change[i] - first - last), last});
   }
+  find_jumps(track);
   return track;
 }
 
@@ -265,6 +303,23 @@ MotionState motion_at(const KinematicMotion& motion, double time) {
   state.velocity += state.angular_velocity.cross(arm);
   state.pose.orientation = (state.pose.orientation * motion.frame.orientation).normalized();
   return state;
+}
+
+double next_jump(const KinematicMotion& motion, double time) {
+  double next = std::min(next_jump(motion.position, time), next_jump(motion.orientation, time));
+  const auto consider = [&](double jump) {
+    if (jump > time) next = std::min(next, jump);
+  };
+  for (const Spin& spin : motion.spins)
+    if (spin.ramp == 0) {
+      consider(spin.start);
+      consider(spin.stop);
+    }
+  for (const Sinusoid& sinusoid : motion.sinusoids) {
+    if (std::abs(math::cos(sinusoid.phase)) > least_jump) consider(sinusoid.start);
+    consider(sinusoid.stop);
+  }
+  return next;
 }
 
 MotionBounds motion_bounds(const KinematicMotion& motion, double begin, double end) {

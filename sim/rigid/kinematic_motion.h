@@ -31,6 +31,9 @@ struct Track {
   std::vector<std::array<Vec3, 3>> increment;
   /// True if the track is periodic, at all times: the first key follows the last one.
   bool loop = false;
+  /// s, increasing: times of the keys where the velocity jumps. A jump from the end of a loop to its
+  /// beginning stands as the time of the first key.
+  std::vector<double> jump = {};
 };
 /// A curve of positions, m.
 using PositionTrack = Track<Vec3>;
@@ -73,6 +76,10 @@ Vec3 position_at(const PositionTrack& track, double time);
 /// between others it turns by the shortest rotation.
 OrientationTrack orientation_track(std::span<const OrientationKey> keys, Interpolation interpolation,
                                    bool loop);
+
+/// Fills Track::jump from the other members of a track.
+template <class Value>
+void find_jumps(Track<Value>& track);
 
 /// A rotation about an axis through the body's position.
 ///
@@ -125,6 +132,9 @@ struct MotionState {
 ///
 /// At a jump of the velocity it is the one after the jump.
 MotionState motion_at(const KinematicMotion& motion, double time);
+
+/// Returns the first time (s) after `time` at which the velocity jumps, or infinity if there is none.
+double next_jump(const KinematicMotion& motion, double time);
 
 /// Upper bounds of a motion over an interval of time.
 struct MotionBounds {

@@ -110,6 +110,15 @@ struct Simulation::Impl {
     return stats.substeps >= most || (stats.substeps >= part * most && stats.substeps + steps > sure * most);
   }
 
+  // Returns the time (s) of the first jump of a prescribed velocity between `time` and `end`, or `end`. A
+  // jump at one of these is none between them.
+  double jump_or(double end, double time) {
+    if (!world().has(Effect::kinematic_motion)) return end;
+    const double near = world().settings.same_time();
+    const double jump = next_jump(world().bodies.rigid, time, near);
+    return jump < end - near ? jump : end;
+  }
+
   // Throws the error of a frame with too many steps. `time` and `dt` are those of the next step, s.
   [[noreturn]] void refuse_frame(double time, double dt, double steps) {
     SimulationFault fault;
@@ -129,9 +138,10 @@ struct Simulation::Impl {
     throw SimulationError(fault);
   }
 
-  // Advances to the next frame. Each step is the rest of the frame divided into equal steps no longer than
-  // the fraction `share` of what the rule allows. A step that fails or is refused is repeated with half that
-  // fraction, which doubles again after each step that succeeds.
+  // Advances to the next frame. Each step is the rest of the frame, or the time to the next jump of a
+  // prescribed velocity, divided into equal steps no longer than the fraction `share` of what the rule
+  // allows. A step that fails or is refused is repeated with half that fraction, which doubles again after
+  // each step that succeeds.
   void advance() {
     const double end = static_cast<double>(frame + 1) / scene.fps;
     double time = static_cast<double>(frame) / scene.fps;
@@ -140,9 +150,10 @@ struct Simulation::Impl {
     while (time < end) {
       double rule = 0;
       world().clock.time(Stage::time_step_choice, [&] { rule = choose_time_step(world(), time); });
-      const double steps = std::max(1.0, std::ceil((end - time) / (share * rule) - 1e-9));
-      const double dt = (end - time) / steps;
-      if (takes_too_many(steps)) refuse_frame(time, dt, steps);
+      const double next = jump_or(end, time);
+      const double steps = std::max(1.0, std::ceil((next - time) / (share * rule) - 1e-9));
+      const double dt = (next - time) / steps;
+      if (const double all = (end - time) / dt; takes_too_many(all)) refuse_frame(time, dt, all);
       try {
         refusal.is_allowed = share > min_refused;
         if (!step(world(), time, dt, &refusal)) {
@@ -161,7 +172,7 @@ struct Simulation::Impl {
       share = std::min(1.0, 2 * share);
       refusal = {};
       add_pinches(time);
-      time = steps > 1 ? time + dt : end;
+      time = steps > 1 ? time + dt : next;
       ++stats.substeps;
       stats.dt_min = stats.substeps == 1 ? dt : std::min(stats.dt_min, dt);
       stats.dt_max = std::max(stats.dt_max, dt);

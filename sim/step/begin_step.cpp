@@ -8,6 +8,8 @@ void begin_step(World& world, StepContext& context) {
   follow_bodies(bodies.rigid, bodies.bound, bodies.particles);  // the state may have been put back, or loaded
   context.x_n = bodies.particles.x;
   context.rigid_n = bodies.rigid.state;
+  if (world.has(Effect::kinematic_motion))
+    take_velocities_after_jumps(context.time, world.settings.same_time(), bodies);
   store_velocities(bodies, context.v_n);
   // Later stages read v^^n even if the plan skips collisions.
   context.v_hat_n = context.v_n;
@@ -15,7 +17,8 @@ void begin_step(World& world, StepContext& context) {
 }
 
 void plan_motion(World& world, StepContext& context) {
-  evaluate_motions(world.bodies.rigid, context.time + context.dt, context.dt, context.kinematic);
+  evaluate_motions(world.bodies.rigid, context.time + context.dt, context.dt, world.settings.same_time(),
+                   context.kinematic);
 }
 
 void end_step(World& world) {

@@ -1,5 +1,8 @@
 #include "sim/step/kinematic_motion.h"
 
+#include <algorithm>
+#include <limits>
+
 #include "sim/base/rotation.h"
 
 namespace duet {
@@ -23,12 +26,41 @@ void set_path_velocities(const Bodies& bodies, const KinematicStep& step, const 
 
 }  // namespace
 
-void evaluate_motions(const RigidBodies& rigid, double end, double dt, std::vector<KinematicStep>& steps) {
+double next_jump(const RigidBodies& rigid, double time, double near) {
+  double next = std::numeric_limits<double>::infinity();
+  for (const KinematicBody& kinematic : rigid.kinematic)
+    next = std::min(next, next_jump(kinematic.motion, time + near));
+  return next;
+}
+
+void take_velocities_after_jumps(double time, double near, Bodies& bodies) {
+  for (std::size_t k = 0; k < bodies.rigid.kinematic.size(); ++k) {
+    const KinematicBody& kinematic = bodies.rigid.kinematic[k];
+    const double jump = next_jump(kinematic.motion, time - near);
+    if (jump > time + near) continue;
+    const MotionState after = motion_at(kinematic.motion, jump + near);
+    RigidState& state = bodies.rigid.state[kinematic.body];
+    state.velocity = after.velocity;
+    state.angular_velocity = after.angular_velocity;
+    for (const PrescribedParticle& carried : bodies.carried)
+      if (carried.kinematic == k)
+        bodies.particles.v[as_index(carried.particle)] =
+            after.velocity + after.angular_velocity.cross(state.pose.orientation * carried.arm);
+  }
+}
+
+void evaluate_motions(const RigidBodies& rigid, double end, double dt, double near,
+                      std::vector<KinematicStep>& steps) {
   steps.resize(rigid.kinematic.size());
   for (std::size_t k = 0; k < steps.size(); ++k) {
     KinematicStep& step = steps[k];
     step.body = rigid.kinematic[k].body;
     step.end = motion_at(rigid.kinematic[k].motion, end);
+    if (const double jump = next_jump(rigid.kinematic[k].motion, end - near); jump <= end + near) {
+      const MotionState before = motion_at(rigid.kinematic[k].motion, jump - near);
+      step.end.velocity = before.velocity;
+      step.end.angular_velocity = before.angular_velocity;
+    }
     const Pose& start = rigid.state[step.body].pose;
     const Quat turn = step.end.pose.orientation * start.orientation.conjugate();
     step.mean_velocity = (step.end.pose.position - start.position) / dt;

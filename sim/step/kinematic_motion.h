@@ -1,4 +1,6 @@
-// The motion of kinematic bodies within a time step. Every stage sees the velocity that belongs to its work:
+// The motion of kinematic bodies within a time step. Where the velocity jumps, a step ends (the simulation
+// sees to that): v^n is the velocity after a jump at time n, and v^{n+1} the one before a jump at time n+1.
+// Every stage sees the velocity that belongs to its work:
 //
 //   II.1     v^n, the exact velocity of time n, so that a body that rests on an accelerating
 //            body does not bounce
@@ -33,10 +35,21 @@ struct KinematicStep {
   Mat3 path = Mat3::Zero();
 };
 
+/// Returns the first time (s) after `time`, by more than `near`, at which the velocity of a kinematic body
+/// jumps.
+double next_jump(const RigidBodies& rigid, double time, double near);
+
+/// Gives the kinematic bodies, and the particles that they carry, the velocities after a jump at `time` (s).
+///
+/// A jump that is at most `near` (s) away counts, and what does not jump keeps its velocities.
+void take_velocities_after_jumps(double time, double near, Bodies& bodies);
+
 /// Fills `steps` with the motion of all kinematic bodies from their poses now to those at the time `end` (s).
 ///
-/// `steps` gets one entry per RigidBodies::kinematic; `dt` (s) is the length of the step.
-void evaluate_motions(const RigidBodies& rigid, double end, double dt, std::vector<KinematicStep>& steps);
+/// `steps` gets one entry per RigidBodies::kinematic; `dt` (s) is the length of the step. The velocities at
+/// the end are those before a jump that is at most `near` (s) away.
+void evaluate_motions(const RigidBodies& rigid, double end, double dt, double near,
+                      std::vector<KinematicStep>& steps);
 
 /// Gives the particles that kinematic bodies carry the constant velocity from `x_n` (m) to x^{n+1}.
 ///

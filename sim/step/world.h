@@ -39,9 +39,12 @@ struct StepSettings {
   double max_travel = 0.1;          ///< depth that a step may enter a dynamic rigid body, over its thickness
   double max_rotation = 0.314159;   ///< rad, largest turn of a rigid body in a step
   double max_time_step = 1.0 / 48;  ///< s
-  double cg_tolerance = 1e-3;       ///< m/s, largest residual of a velocity solve
-  int cg_iterations = 200;          ///< largest number of conjugate-gradient iterations of a solve
-  int projection_sweeps = 2;        ///< sweeps, forward and backward, of a projection onto constraints
+  /// Returns the time (s) below which two times count as the same: more than their rounding, far less than a
+  /// step.
+  double same_time() const { return 1e-6 * max_time_step; }
+  double cg_tolerance = 1e-3;  ///< m/s, largest residual of a velocity solve
+  int cg_iterations = 200;     ///< largest number of conjugate-gradient iterations of a solve
+  int projection_sweeps = 2;   ///< sweeps, forward and backward, of a projection onto constraints
   /// True if the constraints of step V come before the solve instead of after it (paper section 7.2).
   bool constraints_before_solve = false;
   OrientationUpdate orientation = OrientationUpdate::exact;  ///< how dynamic bodies turn in step IV

@@ -232,6 +232,36 @@ TEST(ShakenPlatform, ASoftBoxFollows) {
   EXPECT_NEAR(farthest, 2 * amplitude, 1e-3);
 }
 
+// A table reverses at once every 50 ms, always faster than friction lets a box follow: the box gains mu g 50
+// ms and loses it again, whatever the table's speed, the frames and the steps are, at every phase of them.
+// Steps end at the reversals, so that friction has one direction in each.
+TEST(KinematicBody, FrictionReversesWithATableThatReversesAtOnce) {
+  const double interval = 0.05, mu = 0.3, gain = mu * g * interval;
+  for (const double amplitude : {0.01, 0.2, 2.0})
+    for (const double fps : {20.0, 24.0, 30.0})
+      for (const double step : {1.0 / 48, 7e-3, 1e-3}) {
+        SCOPED_TRACE(testing::Message()
+                     << amplitude << " m, " << fps << " frames a second, steps of " << step << " s");
+        scene::Scene scene;
+        scene.fps = fps;
+        scene.solver.max_time_step = step;
+        scene::Motion motion;
+        motion.interpolation = Interpolation::linear;
+        motion.loop = true;
+        const Vec3 low(0, -0.25, 0), high(amplitude, -0.25, 0);
+        motion.keyframes = {
+            {0, low, {}, false, {}}, {interval, high, {}, false, {}}, {2 * interval, low, {}, false, {}}};
+        RigidBody& table = make_kinematic(add_box(scene, "table", low, Vec3(20, 0.5, 20), 1), motion);
+        table.friction = mu;
+        add_box(scene, "box", Vec3(0, 0.5, 0), Vec3(1, 1, 1), 100).friction = mu;
+        Simulation simulation(scene, test::plan(scene));
+        for (int frame = 0; frame < fps / 2; ++frame) simulation.advance_frame();
+        EXPECT_NEAR(position(simulation, 1).x(), 10 * gain * interval / 2, 1e-6);
+        EXPECT_NEAR(position(simulation, 1).y(), 0.5, 1e-6);
+        EXPECT_NEAR(state(simulation, 1).velocity.x(), 0, 1e-6);
+      }
+}
+
 // Kinematic bodies ignore the ground, each other, and heavy dynamic bodies, even one that is caught between
 // them.
 TEST(KinematicBody, PassesThroughOthersOfItsKindAndStopsForNothing) {

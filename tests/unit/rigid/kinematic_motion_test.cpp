@@ -1,6 +1,7 @@
 #include "sim/rigid/kinematic_motion.h"
 
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <gtest/gtest.h>
@@ -11,6 +12,7 @@ namespace duet::kinematic_motion_test {
 namespace {
 
 constexpr double pi = std::numbers::pi;
+constexpr double infinity = std::numeric_limits<double>::infinity();
 const Interpolation smooth = Interpolation::smooth, linear = Interpolation::linear;
 
 // Returns a motion that stays at the origin.
@@ -95,6 +97,40 @@ TEST(KinematicMotion, VelocitiesAreContinuousInTime) {
     const MotionState before = motion_at(motion, time - 1e-9), after = motion_at(motion, time + 1e-9);
     EXPECT_LT((after.velocity - before.velocity).norm(), 1e-6) << time;
     EXPECT_LT((after.angular_velocity - before.angular_velocity).norm(), 1e-6) << time;
+  }
+}
+
+// The velocity jumps at every time that next_jump() names, and nowhere else.
+TEST(KinematicMotion, NextJumpFindsEveryJumpOfTheVelocity) {
+  KinematicMotion motion =
+      through({{0.1, Vec3(0, 0, 0)}, {0.3, Vec3(1, 0, 0)}, {0.4, Vec3(1.5, 0, 0)}, {0.7, Vec3(0, 0, 0)}},
+              linear);  // 0.3 s is no jump
+  EXPECT_EQ(next_jump(motion, 0), 0.1);
+  EXPECT_EQ(next_jump(motion, 0.1), 0.4);
+  EXPECT_EQ(next_jump(motion, 0.4), 0.7);
+  EXPECT_EQ(next_jump(motion, 0.7), infinity);
+  motion.position.loop = true;
+  find_jumps(motion.position);
+  for (double lap : {-2.0, 0.0, 1.0, 1000.0}) {
+    EXPECT_NEAR(next_jump(motion, 0.6 * lap + 0.11), 0.6 * lap + 0.4, 1e-12);
+    EXPECT_NEAR(next_jump(motion, 0.6 * lap + 0.41), 0.6 * lap + 0.7, 1e-12);
+  }
+  EXPECT_EQ(next_jump(everything(), -1), 2.1) << "the stop of a sinusoid alone";
+  EXPECT_EQ(next_jump(everything(), 2.1), infinity);
+
+  motion = at_rest();
+  motion.spins = {{Vec3::UnitX(), 3, 0.5, 2, 0}, {Vec3::UnitY(), 3, 0.7, 2.5, 0.2}};
+  motion.sinusoids = {{Vec3(1, 0, 0), Vec3::Zero(), 2, 0, 1.2, 1.9},
+                      {Vec3(1, 0, 0), Vec3::Zero(), 2, pi / 2, 1.4}};
+  std::vector<double> jumps;
+  for (double time = next_jump(motion, 0); time < infinity; time = next_jump(motion, time))
+    jumps.push_back(time);
+  EXPECT_EQ(jumps, (std::vector<double>{0.5, 1.2, 1.9, 2}));
+  for (const double jump : jumps) {
+    const MotionState before = motion_at(motion, jump - 1e-9), after = motion_at(motion, jump + 1e-9);
+    EXPECT_GT(
+        (after.velocity - before.velocity).norm() + (after.angular_velocity - before.angular_velocity).norm(),
+        1);
   }
 }
 
