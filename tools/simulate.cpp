@@ -15,6 +15,7 @@
 #include "tools/overlap_notes.h"
 #include "tools/scene_files.h"
 #include "tools/version.h"
+#include "tools/volume_notes.h"
 #include <fmt/format.h>
 #include <sys/utsname.h>
 
@@ -159,6 +160,7 @@ class Run {
   Totals totals_;
   std::vector<PinchStats> pinched_;  // pinches so far, each with the least room of the run
   OverlapNotes overlap_notes_;
+  VolumeNotes volume_notes_;
   std::unique_ptr<FrameDrawer> drawer_;
 };
 
@@ -401,6 +403,7 @@ void Run::record() {
   if (wanted(frame)) write_frame(frame, stats);
   note_pinches(stats);
   if (const std::optional<std::string> note = overlap_notes_.look(simulation_, stats)) report_.note(*note);
+  for (const std::string& note : volume_notes_.look(simulation_, read_.scene, stats)) report_.note(note);
   stats_->append(stats);
   if (stages_) stages_->list();
   io::write_checkpoint(directory_, identity_, {frame, simulation_.save_state()});
@@ -446,7 +449,7 @@ Outcome Run::work() {
   for (const PinchStats& pinch : pinched_)
     pinched += fmt::format("; `{}` ({:.3g} m) pinched between `{}` and `{}`, at least {:.3g} m apart",
                            pinch.body, pinch.thickness, pinch.first, pinch.second, pinch.room);
-  pinched += overlap_notes_.outcome();
+  pinched += overlap_notes_.outcome() + volume_notes_.outcome();
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   std::string drawing;
   if (drawer_ && drawer_->seconds_per_frame() > 0)
