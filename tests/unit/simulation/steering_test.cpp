@@ -11,7 +11,7 @@
 namespace duet::test::steering_test {
 namespace {
 
-const RigidState& state_of(const Simulation& simulation, const std::string& name) {
+const RigidState& state_of(const Simulation& simulation, std::string_view name) {
   const RigidBodies& rigid = simulation.world().bodies.rigid;
   return rigid.state[index_of_name(rigid.name, name)];
 }
