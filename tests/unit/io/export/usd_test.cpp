@@ -322,7 +322,7 @@ TEST(Usd, TakesOtherAxesUnitsAndFrames) {
   const ExportedRun run = exported(directory, scene, choice);
   EXPECT_EQ(write(run, scratch / "usd", 0).size(), 1U) << "a missing frame";
   expect_same_motion(scratch / "usd", run, true, 1e-7);
-  const std::string& head = Usda(scratch / "usd" / "run.usda").metadata("/");
+  const std::string head = Usda(scratch / "usd" / "run.usda").metadata("/");
   for (const char* line : {"upAxis = \"Z\"", "metersPerUnit = 0.01\n", "startTimeCode = 2\n",
                            "endTimeCode = 5\n", "missingFrames = [3]"})
     EXPECT_NE(head.find(line), std::string::npos) << line;
