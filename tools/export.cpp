@@ -46,7 +46,7 @@ constexpr Format formats[] = {
     {"usd", nullptr, false, true, io::export_usd,
      "a USD stage as text, with a file a frame: Houdini, Blender, usdview"},
     {"vtk", nullptr, true, false, io::export_vtk,
-     "VTK poly data with velocity, displacement and strain: ParaView"},
+     "VTK poly data with velocity, displacement, strain and stress: ParaView"},
 };
 
 // Formats that users ask for and that are not written, with the alternative.

@@ -31,12 +31,14 @@ std::string npy_head(const std::string& fields) {
 }
 
 // Returns the head of a frame's file with this number of rigid bodies and points of deformable bodies.
-std::string frame_head(std::size_t rigid, std::size_t points) {
+std::string frame_head(std::size_t rigid, std::size_t points, bool has_stress) {
   return npy_head(fmt::format(
       "('frame', '<i8'), ('time', '<f8'), ('position', '<f8', ({0}, 3)), ('orientation', '<f8', ({0}, 4)), "
       "('velocity', '<f8', ({0}, 3)), ('angular_velocity', '<f8', ({0}, 3)), ('point', '<f8', ({1}, 3)), "
-      "('point_velocity', '<f4', ({1}, 3)), ('strain', '<f4', ({1},))",
-      rigid, points));
+      "('point_velocity', '<f4', ({1}, 3)), ('strain', '<f4', ({1},)){2}",
+      rigid, points,
+      has_stress ? fmt::format(", ('stress', '<f4', ({0},)), ('energy_density', '<f4', ({0},))", points)
+                 : ""));
 }
 
 // Sizes of the surfaces of all bodies together.
@@ -137,6 +139,7 @@ void measure_values(const Simulation& simulation, const std::vector<BodySurface>
   values.time = stats.time;
   simulation.rigid_motion(values.rigid);
   simulation.surface_velocities(values.velocities);
+  simulation.surface_stress(values.stress, values.energy_density);
   values.points.clear();
   values.strain.clear();
   for (std::size_t i = values.rigid.size(); i < surfaces.size(); ++i) {
@@ -159,7 +162,8 @@ void take_strain(const FrameValues& values, const std::vector<ManifestBody>& lis
 }
 
 std::string npy_text(const FrameValues& values) {
-  Writer writer(frame_head(values.rigid.size(), values.points.size()));
+  Writer writer(
+      frame_head(values.rigid.size(), values.points.size(), values.stress.size() == values.points.size()));
   const std::int64_t frame = values.frame;
   writer.add(&frame, 1);
   writer.add(&values.time, 1);
@@ -174,6 +178,8 @@ std::string npy_text(const FrameValues& values) {
   writer.add(values.points);
   writer.add(values.velocities);
   writer.add(values.strain);
+  writer.add(values.stress);
+  writer.add(values.energy_density);
   return writer.take();
 }
 
@@ -198,8 +204,11 @@ FrameValues read_values(const RunDirectory& run, const std::vector<ManifestBody>
   std::size_t rigid = 0, points = 0;
   for (const ManifestBody& body : listed) body.is_deformable() ? points += count_of(body.vertices) : ++rigid;
   const fs::path path = run.values(frame);
-  constexpr std::size_t of_rigid = 13 * sizeof(double), of_point = 3 * sizeof(double) + 4 * sizeof(float);
-  ValuesReader reader(path, read_bytes(run, path), frame_head(rigid, points),
+  std::string bytes = read_bytes(run, path);
+  const bool has_stress = bytes.starts_with(frame_head(rigid, points, true));
+  constexpr std::size_t of_rigid = 13 * sizeof(double);
+  const std::size_t of_point = 3 * sizeof(double) + (has_stress ? 6 : 4) * sizeof(float);
+  ValuesReader reader(path, std::move(bytes), frame_head(rigid, points, has_stress),
                       sizeof(std::int64_t) + sizeof(double) + rigid * of_rigid + points * of_point);
   FrameValues values;
   std::int64_t number = 0;
@@ -217,11 +226,16 @@ FrameValues read_values(const RunDirectory& run, const std::vector<ManifestBody>
   reader.take(values.points, points);
   reader.take(values.velocities, points);
   reader.take(values.strain, points);
+  if (has_stress) {
+    reader.take(values.stress, points);
+    reader.take(values.energy_density, points);
+  }
   values.frame = static_cast<int>(number);
   if (number != frame) refuse(path, fmt::format("holds the values of frame {}", number));
   bool is_finite = all_finite(values.points) && all_finite(values.velocities) && std::isfinite(values.time);
   for (const RigidMotion& motion : values.rigid) is_finite = is_finite && is_whole(motion);
-  for (const float strain : values.strain) is_finite = is_finite && std::isfinite(strain);
+  for (const std::vector<float>* all : {&values.strain, &values.stress, &values.energy_density})
+    for (const float value : *all) is_finite = is_finite && std::isfinite(value);
   if (!is_finite) refuse(path, "holds values that are not finite, or no unit quaternion as an orientation");
   return values;
 }

@@ -30,6 +30,10 @@ struct FrameValues {
   /// "strain": at each point the largest |principal stretch - 1| of the elements around it, without unit;
   /// -1 if one of them is inverted, 0 for bodies without strain.
   std::vector<float> strain;
+  /// "stress": von Mises equivalent of the elastic stress at each point, Pa; 0 for bodies without finite
+  /// elements. The files of programs before 30 November 2026 have neither this nor the next: both are empty.
+  std::vector<float> stress;
+  std::vector<float> energy_density;  ///< "energy_density": elastic energy over the volume at rest, J/m^3
 };
 
 /// Sets `values` to the motion at the frame that the simulation holds. `surfaces` are

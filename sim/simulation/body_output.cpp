@@ -92,6 +92,23 @@ void write_surface_velocities(const scene::BuiltWorld& built, std::size_t rigid_
   }
 }
 
+void write_surface_values(const scene::BuiltWorld& built, std::size_t rigid_count,
+                          const std::vector<float>& of_particles, std::vector<float>& out) {
+  out.clear();
+  std::vector<float> of_skin;
+  for (std::size_t i = rigid_count; i < built.shapes.size(); ++i) {
+    const scene::BodyShape& shape = built.shapes[i];
+    if (shape.thin) {
+      out.insert(out.end(), shape.surface.surface.positions.size(), 0.0F);
+    } else if (!shape.skin.empty()) {
+      shape.skin.interpolate(of_particles.data() + shape.first_particle, of_skin);
+      out.insert(out.end(), of_skin.begin(), of_skin.end());
+    } else {
+      for (const int node : shape.surface.vertex_nodes) out.push_back(of_particles[as_index(node)]);
+    }
+  }
+}
+
 std::vector<BodyLevelSet> level_sets_of(const RigidBodies& rigid, std::size_t count) {
   std::vector<BodyLevelSet> sets;
   std::vector<int> distinct;

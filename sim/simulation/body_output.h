@@ -23,6 +23,11 @@ void write_surfaces(const scene::BuiltWorld& built, const std::vector<float>& pa
 void write_surface_velocities(const scene::BuiltWorld& built, std::size_t rigid_count,
                               std::vector<Vec3f>& out);
 
+/// Writes the values of the vertices of the deformable surfaces to `out`, body by body, from those of all
+/// particles; 0 for thin bodies. The scene has `rigid_count` rigid bodies without the ground.
+void write_surface_values(const scene::BuiltWorld& built, std::size_t rigid_count,
+                          const std::vector<float>& of_particles, std::vector<float>& out);
+
 /// Returns the level sets of the first `count` rigid bodies.
 std::vector<BodyLevelSet> level_sets_of(const RigidBodies& rigid, std::size_t count);
 

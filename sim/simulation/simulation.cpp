@@ -424,6 +424,14 @@ void Simulation::surface_velocities(std::vector<Vec3f>& out) const {
   write_surface_velocities(impl_->built, impl_->scene.rigid.size(), out);
 }
 
+void Simulation::surface_stress(std::vector<float>& stress, std::vector<float>& energy) const {
+  const Bodies& bodies = impl_->world().bodies;
+  std::vector<float> of_particles, energy_of_particles;
+  bodies.forces.elements.measure_stress(bodies.particles.x, of_particles, energy_of_particles);
+  write_surface_values(impl_->built, impl_->scene.rigid.size(), of_particles, stress);
+  write_surface_values(impl_->built, impl_->scene.rigid.size(), energy_of_particles, energy);
+}
+
 std::vector<BodyLevelSet> Simulation::level_sets() const {
   return level_sets_of(impl_->world().bodies.rigid, impl_->scene.rigid.size());
 }

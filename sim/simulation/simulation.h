@@ -93,6 +93,9 @@ class Simulation {
   /// Fills `out` with the velocities (m/s, world axes) of the vertices of the render surfaces of all
   /// deformable bodies, one body after the other.
   void surface_velocities(std::vector<Vec3f>& out) const;
+  /// Fills `stress` (Pa) and `energy` (J/m^3) with the von Mises stress and the density of elastic energy at
+  /// these vertices, see FiniteElements::measure_stress(); 0 for thin bodies and springs.
+  void surface_stress(std::vector<float>& stress, std::vector<float>& energy) const;
   /// Returns the signed distances of the rigid bodies with their current poses, in the order of the scene.
   /// The voxel size follows from the thickness of a body and has a lower bound from the area of its surface;
   /// see exported_voxel_size().

@@ -25,6 +25,14 @@ Matrix3<P> gradient_of(const Matrix3<P>& inverse_rest, Value&& value) {
   return edges * inverse_rest;
 }
 
+/// Returns von Mises' equivalent sqrt(3/2 s : s), s = a - tr(a)/3, of the symmetric stress `a`.
+inline double8 von_mises(const Matrix3<double8>& a) {
+  const double8 mean = (a[0][0] + a[1][1] + a[2][2]) / 3.0;
+  double8 squares = 2.0 * (a[0][1] * a[0][1] + a[1][2] * a[1][2] + a[2][0] * a[2][0]);
+  for (int i = 0; i < 3; ++i) squares += (a[i][i] - mean) * (a[i][i] - mean);
+  return sqrt_of(1.5 * squares);
+}
+
 /// Returns the product A v.
 inline vector8 product(const Matrix3<double8>& A, const vector8& v) {
   return {A[0][0] * v.x + A[0][1] * v.y + A[0][2] * v.z, A[1][0] * v.x + A[1][1] * v.y + A[1][2] * v.z,

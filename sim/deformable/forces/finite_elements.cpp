@@ -457,6 +457,43 @@ double FiniteElements::energy(const std::vector<Vec3>& x) const {
       [](double a, double b) { return a + b; });
 }
 
+void FiniteElements::measure_stress(const std::vector<Vec3>& x, std::vector<float>& stress,
+                                    std::vector<float>& energy) const {
+  struct Sums {
+    double stress = 0, upright = 0,  // Pa m^3, and m^3 of the elements that are not inverted
+        energy = 0, volume = 0;      // J, and m^3
+  };
+  std::vector<Sums> sums(x.size());
+  for (std::size_t b = 0; b < batches_.size(); ++b) {
+    const Batch& batch = batches_[b];
+    const Matrix3<double8> F = gradient(batch, x);
+    const double8 J = determinant(F, cofactor(F));
+    const Moduli here = moduli(b);
+    double8 density{}, mises{};
+    with_model(model(b), [&]<class Model>(Model) {
+      density = Model::energy_density(here.mu, here.lambda, F);
+      mises = von_mises(times_transposed(Model::stress(here.mu, here.lambda, F), F)) / J;
+    });
+    for (std::size_t lane = 0; lane < pack_width; ++lane) {
+      if (batch.volume[lane] == 0) continue;
+      for (std::size_t k = 0; k < corners; ++k) {
+        Sums& here_sums = sums[static_cast<std::size_t>(batch.particle[k][lane])];
+        here_sums.energy += batch.volume[lane] * density[lane];
+        here_sums.volume += batch.volume[lane];
+        if (J[lane] <= 0) continue;
+        here_sums.stress += batch.volume[lane] * mises[lane];
+        here_sums.upright += batch.volume[lane];
+      }
+    }
+  }
+  stress.assign(x.size(), 0);
+  energy.assign(x.size(), 0);
+  for (std::size_t p = 0; p < x.size(); ++p) {
+    if (sums[p].upright > 0) stress[p] = static_cast<float>(sums[p].stress / sums[p].upright);
+    if (sums[p].volume > 0) energy[p] = static_cast<float>(sums[p].energy / sums[p].volume);
+  }
+}
+
 double FiniteElements::max_deformation_rate(const std::vector<Vec3>& x, const std::vector<Vec3>& v) const {
   // Weight of the rate of volume against that of length, see max_deformation_rate().
   constexpr double volume_weight = 0.5;

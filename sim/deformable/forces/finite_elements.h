@@ -134,6 +134,15 @@ class FiniteElements {
   /// Entries of particles of elements with det F <= 0 become `inverted`.
   void add_strain(const std::vector<Vec3>& x, std::vector<float>& strain) const;
 
+  /// Sets each particle's entries of `stress` (Pa) and `energy` (J/m^3) to the means over the elements around
+  /// it, weighted by their volumes at rest; 0 without elements.
+  ///
+  /// The stress of an element is von Mises' equivalent sqrt(3/2 s : s) of the elastic Cauchy stress
+  /// sigma = P F^T / det F with s = sigma - tr(sigma)/3, its energy the elastic energy over the volume at
+  /// rest. The stress of inverted elements is left out.
+  void measure_stress(const std::vector<Vec3>& x, std::vector<float>& stress,
+                      std::vector<float>& energy) const;
+
   /// Returns an upper bound on the square of the highest angular frequency in the state of the last
   /// add_elastic_forces(), or at rest before the first, rad^2/s^2.
   ///

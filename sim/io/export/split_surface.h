@@ -56,6 +56,8 @@ struct PlacedBodies {
   }
   /// Returns FrameValues::strain at a vertex, given the values of the frame; 0 for rigid bodies.
   float strain(const SplitSurfaces::Vertex& v, const FrameValues& values) const;
+  /// Returns one of the values of the points of deformable bodies at a vertex; 0 for rigid bodies.
+  float of_point(const SplitSurfaces::Vertex& v, const std::vector<float>& values) const;
 
  private:
   static std::size_t index(int i) { return static_cast<std::size_t>(i); }

@@ -13,7 +13,7 @@ namespace {
 
 const RigidState& state_of(const Simulation& simulation, std::string_view name) {
   const RigidBodies& rigid = simulation.world().bodies.rigid;
-  return rigid.state[index_of_name(rigid.name, name)];
+  return rigid.state[index_of_name(rigid.name, std::string(name))];
 }
 
 void advance(Simulation& simulation, int frames) {

@@ -458,6 +458,50 @@ TEST(FiniteElements, StrainIsTheLargestPrincipalStretch) {
   EXPECT_EQ(strain_of(Vec3(1, 1, -0.9).asDiagonal()), FiniteElements::inverted);
 }
 
+// A block that is stretched by e along one axis and contracts by nu e across it has the stress E e and the
+// energy E e^2 / 2, one that is sheared by s has sqrt(3) mu s and mu s^2 / 2, however it is turned; a change
+// of volume alone has no stress of von Mises. The bounds are the terms of the next order, a few times e, and
+// the rounding of floats.
+TEST(FiniteElements, StressIsThatOfLinearElasticityAtSmallStrains) {
+  const double E = 1e5, nu = 0.45, mu = E / (2 * (1 + nu)), e = 1e-4;
+  const Mat3 turn = Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()).toRotationMatrix();
+  for (const MaterialModel model :
+       {MaterialModel::neo_hookean, MaterialModel::corotated, MaterialModel::st_venant_kirchhoff}) {
+    const Block block(2, model);
+    const auto expect = [&](const Mat3& F, double stress, double energy, double bound) {
+      std::vector<Vec3> x = block.x;
+      for (Vec3& p : x) p = turn * F * p;
+      std::vector<float> stresses, energies;
+      block.elements.measure_stress(x, stresses, energies);
+      ASSERT_EQ(stresses.size(), x.size());
+      for (std::size_t p = 0; p < x.size(); ++p) {
+        EXPECT_NEAR(stresses[p], stress, bound * E * e);
+        EXPECT_NEAR(energies[p], energy, bound * E * e * e);
+      }
+    };
+    expect(Mat3::Identity(), 0, 0, 1e-6);
+    expect(Vec3(1 - nu * e, 1 + e, 1 - nu * e).asDiagonal(), E * e, E * e * e / 2, 10 * e);
+    Mat3 shear = Mat3::Identity();
+    shear(0, 2) = e;
+    expect(shear, std::sqrt(3.0) * mu * e, mu * e * e / 2, 10 * e);
+    expect((1 + e) * Mat3::Identity(), 0, 4.5 * E / (3 * (1 - 2 * nu)) * e * e, 50 * e);
+  }
+}
+
+// The stress of an inverted element is left out, and everything stays finite.
+TEST(FiniteElements, StressOfInvertedElementsIsLeftOut) {
+  const Block block(2);
+  std::vector<Vec3> x = block.x;
+  for (Vec3& p : x) p.y() *= -1;
+  std::vector<float> stress, energy;
+  block.elements.measure_stress(x, stress, energy);
+  for (std::size_t p = 0; p < x.size(); ++p) {
+    EXPECT_EQ(stress[p], 0);
+    EXPECT_GT(energy[p], 0);
+    EXPECT_TRUE(std::isfinite(energy[p]));
+  }
+}
+
 // The particles of an inverted element are marked, and others are not.
 TEST(FiniteElements, OneInvertedElementMarksItsParticles) {
   Block block(2);

@@ -417,7 +417,8 @@ TEST(ExportVtk, HoldsTheFieldsOfEveryVertex) {
       const auto points = file.array<Vec3>("points");
       const auto displacement = file.array<Vec3f>("displacement"), velocity = file.array<Vec3f>("velocity"),
                  normal = file.array<Vec3f>("normal");
-      const auto strain = file.array<float>("strain");
+      const auto strain = file.array<float>("strain"), stress = file.array<float>("stress"),
+                 energy = file.array<float>("energy_density");
       const std::vector<Surface> placed = written.placed(frame);
       ASSERT_EQ(points.size(), all.vertices.size());
       for (std::size_t i = 0; i < points.size(); ++i) {
@@ -427,6 +428,8 @@ TEST(ExportVtk, HoldsTheFieldsOfEveryVertex) {
         EXPECT_EQ(displacement[i], (points[i] - first[body].positions[position]).cast<float>());
         EXPECT_EQ(normal[i], placed[body].normals[static_cast<std::size_t>(v.normal)]);
         EXPECT_EQ(strain[i], body < 2 ? 0.0F : values.strain[(body - 2) * 8 + position]);
+        EXPECT_EQ(stress[i], body < 2 ? 0.0F : values.stress[(body - 2) * 8 + position]);
+        EXPECT_EQ(energy[i], body < 2 ? 0.0F : values.energy_density[(body - 2) * 8 + position]);
         std::vector<Vec3f> speeds;
         velocities(written.run.bodies()[body], values, speeds);
         EXPECT_EQ(velocity[i], speeds[position]);

@@ -97,6 +97,8 @@ class SampleRun {
         result.velocities.push_back(
             (3 * std::cos(3 * t) * Vec3(arm.y(), 2 * arm.z(), arm.x()) + Vec3(0, -1, 0)).cast<float>());
         result.strain.push_back(static_cast<float>(0.1 * frame + arm.x()));
+        result.stress.push_back(static_cast<float>(1e6 * (1 + frame + arm.y())));
+        result.energy_density.push_back(static_cast<float>(1e3 * (1 + frame + arm.z())));
       }
     return result;
   }

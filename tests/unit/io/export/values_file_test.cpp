@@ -70,6 +70,21 @@ TEST(ValuesFile, AFrameComesBackToTheBit) {
   EXPECT_TRUE(std::signbit(read.points[0].x()));
   expect_same(read.velocities, values.velocities);
   EXPECT_EQ(read.strain, values.strain);
+  EXPECT_EQ(read.stress, values.stress);
+  EXPECT_EQ(read.energy_density, values.energy_density);
+}
+
+// Files of programs that wrote no stress are read as before.
+TEST(ValuesFile, FramesWithoutStressAreRead) {
+  const SampleRun sample;
+  FrameValues values = sample.values(3);
+  values.stress.clear();
+  values.energy_density.clear();
+  sample.run.write(sample.run.values(3), npy_text(values));
+  const FrameValues read = read_values(sample.run, sample.manifest.bodies, 3);
+  EXPECT_EQ(read.strain, values.strain);
+  EXPECT_TRUE(read.stress.empty());
+  EXPECT_TRUE(read.energy_density.empty());
 }
 
 TEST(ValuesFile, SurfacesAtRestComeBackToTheBit) {
@@ -102,7 +117,7 @@ TEST(ValuesFile, HeadsAreThoseOfNumPy) {
       10 + static_cast<unsigned char>(frame[8]) + 256 * static_cast<unsigned char>(frame[9]);
   EXPECT_EQ(head % 64, 0U);
   EXPECT_EQ(frame[head - 1], '\n');
-  EXPECT_EQ(frame.size() - head, 16 + 2 * 13 * 8 + 16 * (3 * 8 + 4 * 4));
+  EXPECT_EQ(frame.size() - head, 16 + 2 * 13 * 8 + 16 * (3 * 8 + 6 * 4));
 }
 
 TEST(ValuesFile, DamagedFramesAreRefused) {
@@ -138,10 +153,14 @@ TEST(ValuesFile, ForgedFramesAreRefused) {
   refuse([&](FrameValues& v) { v.points.back().z() = nan; });
   refuse([&](FrameValues& v) { v.velocities[3].x() = static_cast<float>(nan); });
   refuse([&](FrameValues& v) { v.strain[0] = static_cast<float>(infinite); });
+  refuse([&](FrameValues& v) { v.stress[1] = static_cast<float>(nan); });
+  refuse([&](FrameValues& v) { v.energy_density[2] = static_cast<float>(infinite); });
   FrameValues fewer = sample.values(1);
   fewer.points.pop_back();
   fewer.velocities.pop_back();
   fewer.strain.pop_back();
+  fewer.stress.pop_back();
+  fewer.energy_density.pop_back();
   refuse_frame(sample, npy_text(fewer), "manifest.json lists");
 }
 
