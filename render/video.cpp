@@ -189,6 +189,7 @@ std::string encode_video(const io::RunDirectory& run, const std::string& name, d
   if (!first) return fmt::format("no video: {} holds no pictures", (run.root / "image").string());
 
   const fs::path video = run.root / (name + ".mp4");
+  io::remove_temporaries(run.root, io::RunJournal::writers_of_parts(run.root), video.filename().string());
   const std::string unfinished = io::create_temporary(video).filename().string();
   const std::uint64_t made_of = hash_of_pictures(run);
   const Outcome outcome = run_program(ffmpeg_command(ffmpeg, fps, *first, "./" + unfinished), run.root, stop);

@@ -255,10 +255,11 @@ std::vector<fs::path> files_in(const fs::path& folder) {
   return files;
 }
 
-void remove_temporaries(const fs::path& folder, const std::set<long>& writers) {
+void remove_temporaries(const fs::path& folder, const std::set<long>& writers, const std::string& of) {
   for (const fs::path& path : files_in(folder))
-    if (std::error_code error;
-        is_temporary(path) && !writers.contains(process_of(path)) && !fs::is_directory(path, error))
+    if (std::error_code error; is_temporary(path) && !writers.contains(process_of(path)) &&
+                               (of.empty() || path.filename().string().starts_with(of + temporary_mark)) &&
+                               !fs::is_directory(path, error))
       remove_file(path);
 }
 

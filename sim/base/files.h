@@ -65,9 +65,11 @@ bool holds_bytes(const fs::path& path);
 std::vector<fs::path> files_in(const fs::path& folder);
 
 /// Removes the temporary files that interrupted writes left in `folder`, not in its subfolders: files for
-/// which is_temporary() holds. Files that the processes `writers` write, other files and folders stay. A
-/// missing folder counts as empty. Throws FileError.
-void remove_temporaries(const fs::path& folder, const std::set<long>& writers = {});
+/// which is_temporary() holds. Files that the processes `writers` write, other files and folders stay, and
+/// those of files with another name than `of` unless that is empty. A missing folder counts as empty. Throws
+/// FileError.
+void remove_temporaries(const fs::path& folder, const std::set<long>& writers = {},
+                        const std::string& of = {});
 
 /// Creates an empty file with a name that temporary_name() gives, and returns the name. No other program on
 /// any machine gets the same one. Throws FileError.

@@ -61,6 +61,16 @@ TEST_F(Video, AFailingProgramIsANoteWithItsWords) {
   EXPECT_EQ(files(), std::vector<std::string>{"image"});
 }
 
+// The next encoder removes what killed ones left of this video, and nothing else.
+TEST_F(Video, ReplacesThatOfAKilledProgram) {
+  for (const std::string name : {"ball.mp4", "other.mp4", "ball.mp4.txt"})
+    std::ofstream(run_.root / (name + std::string(io::temporary_mark) + "4000000-1")) << "half a video";
+  encode_video(run_, "ball", 24);
+  EXPECT_EQ(files(), (std::vector<std::string>{
+                         "ball.mp4", std::string("ball.mp4.txt") + io::temporary_mark + "4000000-1", "image",
+                         std::string("other.mp4") + io::temporary_mark + "4000000-1"}));
+}
+
 // The next simulation then removes it if the program is killed.
 TEST_F(Video, HasATemporaryNameUntilItIsWhole) {
   const fs::path program = scratch_ / "program";
