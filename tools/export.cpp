@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "tools/commands.h"
+#include "tools/export_blend.h"
 #include "tools/exported_looks.h"
 #include "tools/interrupt.h"
 #include "tools/scene_files.h"
@@ -45,6 +46,8 @@ constexpr Format formats[] = {
      "one animated glTF file with materials, camera and lights: the web, Blender"},
     {"usd", nullptr, false, true, io::export_usd,
      "a USD stage as text, with a file a frame: Houdini, Blender, usdview"},
+    {"blend", "blend", false, false, export_blend,
+     "a Blender scene, which Blender makes where it is installed"},
     {"vtk", nullptr, true, false, io::export_vtk,
      "VTK poly data with velocity, displacement, strain and stress: ParaView"},
 };
@@ -101,11 +104,12 @@ bool is_glb(const fs::path& path) {
 }
 
 // Throws Error (usage) unless the target may be replaced. A folder is replaced with everything in it: it must
-// be empty or written by an export. A file must be empty or a binary glTF file.
+// be empty or written by an export. A file must be empty, a binary glTF file or a Blender file.
 void require_replaceable(const fs::path& target, bool is_folder) {
   std::error_code none;
   if (!is_folder && fs::exists(target, none) && !fs::is_directory(target, none) &&
-      (!fs::is_regular_file(target, none) || (fs::file_size(target, none) > 0 && !is_glb(target))))
+      (!fs::is_regular_file(target, none) ||
+       (fs::file_size(target, none) > 0 && !is_glb(target) && !is_blend(target))))
     throw Error(
         ExitStatus::usage,
         fmt::format("{}: is no file that an export wrote, and stays untouched (give another path with --out)",
@@ -139,6 +143,11 @@ Outcome export_run(const ExportOptions& options, Report& report) {
         ExitStatus::usage,
         fmt::format("--compress: {} files are not compressed (leave it out, or compress the {} afterwards)",
                     format.name, format.ending == nullptr ? "folder" : "file"));
+  if (format.write == export_blend &&
+      (options.frames || !options.bodies.empty() || options.up != "y" || options.scale != 1))
+    throw Error(ExitStatus::usage,
+                "blend: takes the whole run, with Blender's axes and meters (leave out --frames, --bodies, "
+                "--up and --scale)");
   const io::RunDirectory run = find_run(options.run);
   io::ExportChoice choice;
   choice.bodies = options.bodies;
@@ -182,7 +191,7 @@ Outcome export_run(const ExportOptions& options, Report& report) {
   }
   const std::uintmax_t bytes = bytes_in(staging.path());
   staging.finish();
-  if (scene.ground && options.bodies.empty())
+  if (scene.ground && options.bodies.empty() && format.write != export_blend)
     notes.push_back(fmt::format("the ground has no mesh and is not exported: it fills all below {} = {:g}",
                                 options.up, scene.ground->height * options.scale));
   if (!options.frames && last < exported.manifest().frames)

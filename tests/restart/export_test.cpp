@@ -330,6 +330,45 @@ TEST_F(Export, NumPyReadsValuesInALine) {
   EXPECT_EQ(rest, " (26, 3) (3, 3)");
 }
 
+// `--to blend` runs the program `blender` of PATH with the script, the run and a file to save. One that fails
+// or saves no Blender file leaves nothing behind, and what the format cannot carry is refused.
+TEST_F(Export, ABlenderSceneIsMadeByBlender) {
+  simulate(tiny, {"--frames", "2"});
+  const fs::path folder = scratch / "programs";
+  fs::create_directory(folder);
+  const auto export_by = [&](const std::string& script) {
+    std::ofstream(folder / "blender") << "#!/bin/sh\n" << script << '\n';
+    fs::permissions(folder / "blender", fs::perms::owner_all);
+    Program program({"-c", fmt::format("PATH='{}':$PATH '{}' export run --to blend --overwrite",
+                                       folder.string(), duet_program())},
+                    scratch.path(), "/bin/sh");
+    return finish(program);
+  };
+  const fs::path made = run.root / "export" / "tiny.blend";
+  for (const auto& [script, said] :
+       {std::pair("echo no memory >&2; exit 3", "blender: failed with status 3: no memory"),
+        std::pair("exit 0", "blender: failed with status 0")}) {
+    const Finished failed = export_by(script);
+    EXPECT_EQ(failed.status, 4);
+    EXPECT_TRUE(contains(failed.errors, said)) << failed.errors;
+    EXPECT_FALSE(fs::exists(made));
+  }
+  const Finished done = export_by(
+      "for word; do case $before in --save) file=$word;; --python) script=$word;; --) run=$word;; esac; "
+      "before=$word; done\n"
+      "grep -q bl_info \"$script\" && test -e \"$run/manifest.json\" && test -e "
+      "\"$run/export/blender/export.json\" && "
+      "printf 'BLENDER-v304 %s' \"$run\" > \"$file\"");
+  EXPECT_EQ(done.status, 0) << done.errors;
+  EXPECT_EQ(io::read_file(made), "BLENDER-v304 " + fs::absolute(run.root).string());
+  for (const std::vector<std::string>& more :
+       {std::vector<std::string>{"--frames", "1:2"}, {"--scale", "2"}, {"--up", "z"}, {"--bodies", "b*"}}) {
+    const Finished refused = duet_export("blend", more);
+    EXPECT_EQ(refused.status, 2) << more[0];
+    EXPECT_TRUE(contains(refused.errors, "takes the whole run")) << refused.errors;
+  }
+}
+
 // At every frame, the bodies that the Blender add-on imports are where the meshes of the run are.
 TEST_F(Export, BlenderPlacesBodiesWhereTheirMeshesAre) {
   if (!shell_says("command -v blender")) GTEST_SKIP() << "blender is not installed";
