@@ -40,11 +40,14 @@ class StageHashes {
   void begin_step(const World& world) {
     if (!is_on()) return;
     ++step_;
+    has_contacts_ = false;
     record(world, "step begins");
   }
   /// Records the state after `stage`.
   void end_stage(const World& world, Stage stage) {
-    if (is_on()) record(world, name(stage));
+    if (!is_on()) return;
+    has_contacts_ = has_contacts_ || stage == Stage::contact_candidates;
+    record(world, name(stage));
   }
   /// Records the state at the end of a step.
   void end_step(const World& world) {
@@ -54,13 +57,14 @@ class StageHashes {
  private:
   // Hashes the state and passes the record to the sink.
   void record(const World& world, std::string_view stage) {
-    hash_step(world, quantities_);
+    hash_step(world, has_contacts_, quantities_);
     sink_({frame_, step_, stage, quantities_});
   }
 
   Sink sink_;
   int frame_ = 0,                           // see StageRecord::frame
       step_ = 0;                            // see StageRecord::step
+  bool has_contacts_ = false;               // whether the step has found its contacts
   std::vector<QuantityHashes> quantities_;  // scratch, keeps its storage
 };
 

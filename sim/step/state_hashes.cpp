@@ -91,10 +91,11 @@ void add_state(Writer& writer, const World& world) {
 // Adds a quantity with a hash per body of the contacts in which it is the guest; add(hash, contact) extends a
 // hash.
 template <class Add>
-void add_contacts(Writer& writer, const World& world, std::string_view name, Add&& add) {
+void add_contacts(Writer& writer, const World& world, bool has_contacts, std::string_view name, Add&& add) {
   const Bodies& bodies = world.bodies;
   std::vector<std::uint64_t>& hashes = writer.begin(name, Owner::body);
   hashes.assign(bodies.rigid.size() + bodies.deformable.size(), hash_seed);
+  if (!has_contacts) return;
   const ContactSet& contacts = world.context.contacts;
   for (const ContactPair& pair : contacts.pairs) {
     std::uint64_t& hash = hashes[guest_node(bodies, pair)];
@@ -110,19 +111,20 @@ void hash_state(const World& world, std::vector<QuantityHashes>& out) {
   add_state(writer, world);
 }
 
-void hash_step(const World& world, std::vector<QuantityHashes>& out) {
+void hash_step(const World& world, bool has_contacts, std::vector<QuantityHashes>& out) {
   Writer writer(out);
   writer.begin("time step", Owner::scene)
       .push_back(add_value(add_value(hash_seed, world.context.time), world.context.dt));
   add_state(writer, world);
-  add_contacts(writer, world, "contacts", [](std::uint64_t hash, const ContactPoint& contact) {
+  add_contacts(writer, world, has_contacts, "contacts", [](std::uint64_t hash, const ContactPoint& contact) {
     hash = add_value(add_value(hash, contact.host), contact.guest_point);
     hash = add_value(add_value(hash, contact.normal), contact.gap);
     return add_value(add_value(hash, contact.host_arm), contact.guest_arm);
   });
-  add_contacts(writer, world, "contact impulses", [](std::uint64_t hash, const ContactPoint& contact) {
-    return add_value(add_value(hash, contact.impulse), contact.target);
-  });
+  add_contacts(writer, world, has_contacts, "contact impulses",
+               [](std::uint64_t hash, const ContactPoint& contact) {
+                 return add_value(add_value(hash, contact.impulse), contact.target);
+               });
 }
 
 std::vector<BodyHashes> state_hashes(const World& world) {

@@ -37,8 +37,10 @@ void hash_state(const World& world, std::vector<QuantityHashes>& out);
 /// Hashes the quantities of hash_state(), and what a step works with.
 ///
 /// The latter are the time and length of the step, and for each body the contacts in which it is the guest:
-/// their geometry, impulses and targets. `out` is overwritten and keeps its storage from call to call.
-void hash_step(const World& world, std::vector<QuantityHashes>& out);
+/// their geometry, impulses and targets. There are none before the step has found them (`has_contacts`):
+/// those of the step before are still in the world unless the run was resumed. `out` is overwritten and keeps
+/// its storage from call to call.
+void hash_step(const World& world, bool has_contacts, std::vector<QuantityHashes>& out);
 
 /// The hash of one quantity of one owner.
 struct NamedHash {

@@ -137,5 +137,22 @@ TEST_F(HashesCommand, StagesOfTwoRunsAreCompared) {
   EXPECT_EQ(run_duet({"hashes", "--stages", "a", "b", "--full"}, scratch_.path()).status, 2);
 }
 
+// A run that was resumed has the stages of one that was not, also where bodies touch.
+TEST_F(HashesCommand, StagesOfAResumedRunAreThoseOfTheWhole) {
+  const auto simulate = [&](const std::string& out, const std::vector<std::string>& more) {
+    std::vector<std::string> words = {"sim", "touching.toml", "--stats-only", "--hash-stages", "--out", out};
+    words.insert(words.end(), more.begin(), more.end());
+    return run_duet(words, scratch_.path()).status;
+  };
+  io::write_atomically(scratch_ / "touching.toml",
+                       "frames = 4\n[ground]\nheight = 0\n[[rigid]]\nname = \"box\"\nmass = 1\n"
+                       "shape = { box = [1, 1, 1] }\nposition = [0, 0.5, 0]\nvelocity = [1, 0, 0]\n");
+  ASSERT_EQ(simulate("a", {}), 0);
+  ASSERT_EQ(simulate("b", {"--frames", "2"}), 0);
+  ASSERT_EQ(simulate("b", {"--resume"}), 0);
+  const Finished compared = run_duet({"hashes", "--stages", "a", "b"}, scratch_.path());
+  EXPECT_EQ(compared.status, 0) << compared.last_line();
+}
+
 }  // namespace
 }  // namespace duet::test::hashes_test
