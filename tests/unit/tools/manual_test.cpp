@@ -25,7 +25,7 @@ std::vector<std::string> commands() {
   for (const std::string& line : run_duet({"--help"}).output) {
     if (is_listed && line.starts_with("  ") && line.size() > 2 && line[2] != ' ')
       names.push_back(line.substr(2, line.find(' ', 2) - 2));
-    is_listed |= line.starts_with("Subcommands:");
+    is_listed |= line.starts_with("Subcommands:") || line.starts_with("SUBCOMMANDS:");  // CLI11 2.6 shouts
   }
   return names;
 }
