@@ -91,6 +91,13 @@ int print_help(const CLI::App& app, const CLI::ParseError& asked, Report& report
   }
 }
 
+// CLI11 2.5 and newer would fill the lines of notes and examples anew.
+template <class Formatter>
+void keep_lines(Formatter& formatter) {
+  if constexpr (requires { formatter.enable_footer_formatting(false); })
+    formatter.enable_footer_formatting(false);
+}
+
 int run_program(int argc, char** argv) {
   CommandLine line;
   const std::vector<std::string> words(argv, argv + argc);
@@ -101,6 +108,7 @@ int run_program(int argc, char** argv) {
   app.require_subcommand(1);
   app.set_version_flag("--version", version_text());
   app.footer(exit_statuses);
+  keep_lines(*app.get_formatter());
   add_commands(app, line);
   try {
     app.parse(argc, argv);
