@@ -7,6 +7,7 @@
 
 #include "sim/base/error.h"
 #include "sim/base/parallel.h"
+#include "sim/contact/detection/surface_intersections.h"
 #include "sim/step/step.h"
 
 namespace duet {
@@ -196,10 +197,15 @@ std::string describe(const TimeStepChoice& choice, const Bodies& bodies) {
   switch (choice.bound) {
     case TimeStepBound::setting:
       return "solver.max_time_step";
-    case TimeStepBound::elasticity:
-      return "the elastic forces";
+    case TimeStepBound::elasticity: {
+      const int particle = bodies.forces.elements.stiffest_particle();
+      return particle < 0 ? "the elastic forces"
+                          : fmt::format("the elastic forces of `{}`", body_name(bodies, particle));
+    }
     case TimeStepBound::stretching:
-      return "the pace at which elements are deformed";
+      return fmt::format(
+          "the pace at which elements of `{}` are deformed",
+          body_name(bodies, bodies.forces.elements.fastest_particle(bodies.particles.x, bodies.particles.v)));
     case TimeStepBound::turn:
       return fmt::format("the turn of `{}`", name(choice.body));
     case TimeStepBound::approach:

@@ -494,19 +494,43 @@ void FiniteElements::measure_stress(const std::vector<Vec3>& x, std::vector<floa
   }
 }
 
-double FiniteElements::max_deformation_rate(const std::vector<Vec3>& x, const std::vector<Vec3>& v) const {
-  // Weight of the rate of volume against that of length, see max_deformation_rate().
+double8 FiniteElements::squared_rates(const Batch& batch, const std::vector<Vec3>& x,
+                                      const std::vector<Vec3>& v) const {
+  // Weight of the rate of volume against that of length.
   constexpr double volume_weight = 0.5;
+  const Matrix3<double8> rate = gradient(batch, v);
+  const double8 of_volume = volume_weight * contraction(cofactor(gradient(batch, x)), rate);
+  return max_of(squared_norm(rate), of_volume * of_volume);
+}
+
+int FiniteElements::fastest_particle(const std::vector<Vec3>& x, const std::vector<Vec3>& v) const {
+  int particle = -1;
+  double largest = -1;
+  for (const Batch& batch : batches_) {
+    const double8 squared = squared_rates(batch, x, v);
+    for (std::size_t lane = 0; lane < pack_width; ++lane)
+      if (squared[lane] > largest) {
+        largest = squared[lane];
+        particle = static_cast<int>(batch.particle[0][lane]);
+      }
+  }
+  return particle;
+}
+
+int FiniteElements::stiffest_particle() const {
+  const auto largest = std::max_element(particle_frequency_.begin(), particle_frequency_.end());
+  return largest == particle_frequency_.end() || *largest == 0
+             ? -1
+             : static_cast<int>(largest - particle_frequency_.begin());
+}
+
+double FiniteElements::max_deformation_rate(const std::vector<Vec3>& x, const std::vector<Vec3>& v) const {
   const auto larger = [](const double8& a, const double8& b) { return max_of(a, b); };
   const double8 squared = parallel_reduce(
       batches_.size(), ScatterAdd::batches_of_block, double8{},
       [&](std::size_t begin, std::size_t end) {
         double8 largest{};
-        for (std::size_t b = begin; b < end; ++b) {
-          const Matrix3<double8> rate = gradient(batches_[b], v);
-          const double8 of_volume = volume_weight * contraction(cofactor(gradient(batches_[b], x)), rate);
-          largest = max_of(largest, max_of(squared_norm(rate), of_volume * of_volume));
-        }
+        for (std::size_t b = begin; b < end; ++b) largest = max_of(largest, squared_rates(batches_[b], x, v));
         return largest;
       },
       larger);

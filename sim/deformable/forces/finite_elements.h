@@ -116,6 +116,11 @@ class FiniteElements {
   ///
   /// The rate of volume is the larger one in elements that are stretched to several times their size.
   double max_deformation_rate(const std::vector<Vec3>& x, const std::vector<Vec3>& v) const;
+  /// Returns a particle of the element that deforms fastest, by the measure of max_deformation_rate(); -1
+  /// without elements.
+  int fastest_particle(const std::vector<Vec3>& x, const std::vector<Vec3>& v) const;
+  /// Returns the particle that max_omega_squared() is about; -1 without elements.
+  int stiffest_particle() const;
 
   /// Strain statistics of all elements.
   struct Strain {
@@ -198,6 +203,8 @@ class FiniteElements {
   // Returns the scatter matrix of a tetrahedron, whose nodes have its share, by volume, of their particles'
   // masses.
   GradientScatter<double> scatter(std::size_t tet, const std::vector<double>& mass) const;
+  // Returns the squared rates of deformation of the elements of a batch, see max_deformation_rate(), 1/s^2.
+  double8 squared_rates(const Batch& batch, const std::vector<Vec3>& x, const std::vector<Vec3>& v) const;
   // Puts a tetrahedron into lane `number`, counted over all batches; `pads`: with volume 0.
   void fill_lane(std::size_t number, std::size_t tet, bool pads, const GradientScatter<double>& scatter);
   // Return the deformation gradient for positions and its rate for velocities, from the values of all
