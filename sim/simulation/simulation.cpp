@@ -153,7 +153,7 @@ struct Simulation::Impl {
       const double next = jump_or(end, time);
       const double steps = std::max(1.0, std::ceil((next - time) / (share * rule) - 1e-9));
       const double dt = (next - time) / steps;
-      if (const double all = (end - time) / dt; takes_too_many(all)) refuse_frame(time, dt, all);
+      if (const double all = (end - time) / (share * rule); takes_too_many(all)) refuse_frame(time, dt, all);
       try {
         refusal.is_allowed = share > min_refused;
         if (!step(world(), time, dt, &refusal)) {
