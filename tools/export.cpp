@@ -30,25 +30,28 @@ struct Format {
   const char* name;
   const char* ending;            // extension of its single file; null: it writes a folder
   bool can_compress, has_bound;  // accepts --compress; accepts --max-size
+  bool is_of_whole_run;          // takes no --frames, --bodies, --up and --scale, and has the ground
   io::ExportNotes (*write)(const io::ExportedRun&, const io::FormatOptions&, const fs::path&);
   const char* what;  // description for --help
 };
 
 constexpr Format formats[] = {
-    {"transforms", nullptr, false, false, io::export_transforms,
+    {"transforms", nullptr, false, false, false, io::export_transforms,
      "poses and velocities of rigid bodies, JSON and CSV"},
-    {"obj", nullptr, false, false, io::export_obj, "a Wavefront OBJ file a frame, with materials"},
-    {"ply", nullptr, false, false, io::export_ply, "a binary PLY file a frame, with velocities and strain"},
-    {"pc2", nullptr, false, false, io::export_pc2, "a point cache and a mesh a body: Blender, 3ds Max"},
-    {"mdd", nullptr, false, false, io::export_mdd,
+    {"obj", nullptr, false, false, false, io::export_obj, "a Wavefront OBJ file a frame, with materials"},
+    {"ply", nullptr, false, false, false, io::export_ply,
+     "a binary PLY file a frame, with velocities and strain"},
+    {"pc2", nullptr, false, false, false, io::export_pc2,
+     "a point cache and a mesh a body: Blender, 3ds Max"},
+    {"mdd", nullptr, false, false, false, io::export_mdd,
      "a point cache and a mesh a body: LightWave, Blender, Houdini"},
-    {"glb", "glb", false, true, io::export_glb,
+    {"glb", "glb", false, true, false, io::export_glb,
      "one animated glTF file with materials, camera and lights: the web, Blender"},
-    {"usd", nullptr, false, true, io::export_usd,
+    {"usd", nullptr, false, true, false, io::export_usd,
      "a USD stage as text, with a file a frame: Houdini, Blender, usdview"},
-    {"blend", "blend", false, false, export_blend,
+    {"blend", "blend", false, false, true, export_blend,
      "a Blender scene, which Blender makes where it is installed"},
-    {"vtk", nullptr, true, false, io::export_vtk,
+    {"vtk", nullptr, true, false, false, io::export_vtk,
      "VTK poly data with velocity, displacement, strain and stress: ParaView"},
 };
 
@@ -143,11 +146,13 @@ Outcome export_run(const ExportOptions& options, Report& report) {
         ExitStatus::usage,
         fmt::format("--compress: {} files are not compressed (leave it out, or compress the {} afterwards)",
                     format.name, format.ending == nullptr ? "folder" : "file"));
-  if (format.write == export_blend &&
+  if (format.is_of_whole_run &&
       (options.frames || !options.bodies.empty() || options.up != "y" || options.scale != 1))
-    throw Error(ExitStatus::usage,
-                "blend: takes the whole run, with Blender's axes and meters (leave out --frames, --bodies, "
-                "--up and --scale)");
+    throw Error(
+        ExitStatus::usage,
+        fmt::format("{}: takes the whole run, with its own axes and meters (leave out --frames, --bodies, "
+                    "--up and --scale)",
+                    format.name));
   const io::RunDirectory run = find_run(options.run);
   io::ExportChoice choice;
   choice.bodies = options.bodies;
@@ -191,7 +196,7 @@ Outcome export_run(const ExportOptions& options, Report& report) {
   }
   const std::uintmax_t bytes = bytes_in(staging.path());
   staging.finish();
-  if (scene.ground && options.bodies.empty() && format.write != export_blend)
+  if (scene.ground && options.bodies.empty() && !format.is_of_whole_run)
     notes.push_back(fmt::format("the ground has no mesh and is not exported: it fills all below {} = {:g}",
                                 options.up, scene.ground->height * options.scale));
   if (!options.frames && last < exported.manifest().frames)

@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/LU>
 #include <fmt/format.h>
 
 #include "sim/base/wording.h"
+#include "sim/contact/detection/surface_intersections.h"
+#include "sim/geometry/mesh/tet_mesh.h"
 #include "sim/step/world.h"
 
 namespace duet::tools {
@@ -34,21 +35,13 @@ struct Amount {
 std::vector<Amount> amounts(const Bodies& bodies) {
   std::vector<Amount> found(bodies.deformable.size());
   const FiniteElements& elements = bodies.forces.elements;
-  std::size_t body = 0;
   for (std::size_t i = 0; i < elements.tets().size(); ++i) {
     const Tet& tet = elements.tets()[i];
-    const auto holds = [&](const DeformableBody& one) {
-      return tet[0] >= one.first_particle && tet[0] < one.first_particle + one.particle_count;
+    const auto x = [&](std::size_t corner) -> const Vec3& {
+      return bodies.particles.x[as_index(tet[corner])];
     };
-    if (!holds(bodies.deformable[body]))
-      body =
-          static_cast<std::size_t>(std::find_if(bodies.deformable.begin(), bodies.deformable.end(), holds) -
-                                   bodies.deformable.begin());
-    const auto x = [&](int k) -> const Vec3& {
-      return bodies.particles.x[static_cast<std::size_t>(tet[static_cast<std::size_t>(k)])];
-    };
-    const double volume = (x(1) - x(0)).cross(x(2) - x(0)).dot(x(3) - x(0)) / 6;
-    Amount& amount = found[body];
+    const double volume = tet_volume(x(0), x(1), x(2), x(3));
+    Amount& amount = found[body_of(bodies, tet[0])];
     amount.volume += volume;
     amount.rest += elements.volume(i);
     ++amount.elements;

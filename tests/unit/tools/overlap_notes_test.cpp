@@ -1,6 +1,6 @@
 #include <string>
 
-#include "tests/restart/program.h"
+#include "tests/unit/tools/vise.h"
 #include <gtest/gtest.h>
 
 #include "sim/base/files.h"
@@ -11,27 +11,14 @@ namespace {
 
 // Returns a scene in which two plates close on a box of 1 m, to a gap of `gap` (m), in half a second.
 std::string vise(double gap) {
-  const auto plate = [&](const std::string& name, double side) {
-    return "[[rigid]]\nname = \"" + name + "\"\nshape = { box = [4, 0.5, 4] }\nmotion = { keyframes = [" +
-           "{ time = 0, position = [0, " + std::to_string(1.5 + 0.76 * side) +
-           ", 0] }, { time = 0.5, position = [0, " + std::to_string(1.5 + (0.25 + gap / 2) * side) +
-           ", 0] }] }\n";
-  };
   return "[[rigid]]\nname = \"block\"\nshape = { box = [1, 1, 1] }\nposition = [0, 1.5, 0]\nmass = 1000\n" +
-         plate("lower", -1) + plate("upper", 1);
+         vise_plates(gap);
 }
 
 Finished simulate(const ScratchFolder& folder, double gap) {
   io::write_atomically(folder / "vise.toml", vise(gap));
   return run_duet({"sim", (folder / "vise.toml").string(), "--frames", "10", "--stats-only", "--out",
                    (folder / "run").string()});
-}
-
-// Returns everything that the program has printed.
-std::string text_of(const Finished& finished) {
-  std::string text = finished.errors;
-  for (const std::string& line : finished.output) text += line + '\n';
-  return text;
 }
 
 // No motion can avoid the overlap of a rigid box in a vise that is too narrow for it: the program says so.

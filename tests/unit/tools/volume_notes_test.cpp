@@ -1,6 +1,6 @@
 #include <string>
 
-#include "tests/restart/program.h"
+#include "tests/unit/tools/vise.h"
 #include <gtest/gtest.h>
 
 #include "sim/base/files.h"
@@ -12,28 +12,15 @@ namespace {
 // Simulates two plates that close on a soft box of 1 m, to a gap of `gap` (m), in half a second.
 Finished squeeze(double gap, const std::string& solver, const std::string& of_block) {
   const ScratchFolder folder;
-  const auto plate = [&](const std::string& name, double side) {
-    return "[[rigid]]\nname = \"" + name + "\"\nshape = { box = [4, 0.5, 4] }\nmotion = { keyframes = [" +
-           "{ time = 0, position = [0, " + std::to_string(1.5 + 0.76 * side) +
-           ", 0] }, { time = 0.5, position = [0, " + std::to_string(1.5 + (0.25 + gap / 2) * side) +
-           ", 0] }] }\n";
-  };
   io::write_atomically(
       folder / "vise.toml",
       "[solver]\n" + solver +
           "\n[materials.rubber]\ndensity = 1000\nyoungs_modulus = 1e5\npoisson_ratio = 0.4\ndamping = "
           "0.02\n[[deformable]]\nname = \"block\"\nshape = { box = [1, 1, 1], cells = [3, 3, 3] }\n"
           "position = [0, 1.5, 0]\nmaterial = \"rubber\"\n" +
-          of_block + "\n" + plate("lower", -1) + plate("upper", 1));
+          of_block + "\n" + vise_plates(gap));
   return run_duet({"sim", (folder / "vise.toml").string(), "--frames", "13", "--stats-only", "--out",
                    (folder / "run").string()});
-}
-
-// Returns everything that the program has printed.
-std::string text_of(const Finished& finished) {
-  std::string text = finished.errors;
-  for (const std::string& line : finished.output) text += line + '\n';
-  return text;
 }
 
 TEST(VolumeNotes, NameABodyThatIsSqueezedToNothing) {
