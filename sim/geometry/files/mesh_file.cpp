@@ -15,6 +15,7 @@
 #include <fmt/ranges.h>
 
 #include "sim/base/error.h"
+#include "sim/base/files.h"
 #include "sim/geometry/files/gltf_check.h"
 #include "sim/geometry/files/ply_reader.h"
 
@@ -73,12 +74,33 @@ void keep_if_complete(std::vector<Corners>& attribute, std::size_t triangles, au
     attribute.clear();
 }
 
+// Returns the text of an OBJ file with a zero before each decimal point that begins a number, as in "-.5".
+// Assimp passes over vertices with such numbers. The result is empty if there are none.
+std::string with_leading_zeros(std::string_view text) {
+  std::string result;
+  std::size_t copied = 0;
+  for (std::size_t point = text.find('.', 1); point < text.size(); point = text.find('.', point + 1)) {
+    const bool is_signed = text[point - 1] == '-' || text[point - 1] == '+';
+    const char before = is_signed && point > 1 ? text[point - 2] : text[point - 1];
+    const char after = point + 1 < text.size() ? text[point + 1] : ' ';
+    if ((before != ' ' && before != '\t') || after < '0' || after > '9') continue;
+    result.append(text.substr(copied, point - copied)).push_back('0');
+    copied = point;
+  }
+  if (copied > 0) result.append(text.substr(copied));
+  return result;
+}
+
 // Reads a file by Assimp and joins all its objects. Throws FileError.
 TriangleMesh import(const std::string& path) {
   Assimp::Importer importer;
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-  const aiScene* scene = importer.ReadFile(path, aiProcess_ValidateDataStructure | aiProcess_Triangulate |
-                                                     aiProcess_SortByPType | aiProcess_PreTransformVertices);
+  constexpr unsigned steps = aiProcess_ValidateDataStructure | aiProcess_Triangulate | aiProcess_SortByPType |
+                             aiProcess_PreTransformVertices;
+  const std::string text =
+      lower_ending(path) == ".obj" ? with_leading_zeros(io::read_file(path)) : std::string();
+  const aiScene* scene = text.empty() ? importer.ReadFile(path, steps)
+                                      : importer.ReadFileFromMemory(text.data(), text.size(), steps, "obj");
   if (!scene) {
     const std::string reason = importer.GetErrorString();
     // Assimp catches all exceptions; too little memory is no fault of the file.

@@ -131,6 +131,21 @@ TEST_F(MeshFile, ReadsPolygonsNormalsAndTextureCoordinates) {
   EXPECT_TRUE(dressed.uvs[0][1].isApprox(Vec2f(0.25F, 0.75F)));
 }
 
+// Numbers may begin with their decimal point, with and without a sign, as many programs write them.
+TEST_F(MeshFile, NumbersMayBeginWithAPoint) {
+  const TriangleMesh mesh = read_mesh(write("points.obj",
+                                            "v -.5 .25\t-.125\nv +.5 -0.5 1.\r\nv 1.5e-1 .75e1 -.0625\n"
+                                            "vt .25 .5\nvn 0 .6 -.8\nf 1/1/1 2/1/1 3/1/1\n"));
+  ASSERT_EQ(mesh.positions.size(), 3U);
+  ASSERT_EQ(mesh.triangles.size(), 1U);
+  ASSERT_EQ(mesh.normals.size(), 1U);
+  EXPECT_EQ(mesh.corner(0, 0), Vec3(-0.5, 0.25, -0.125));
+  EXPECT_EQ(mesh.corner(0, 1), Vec3(0.5, -0.5, 1));
+  EXPECT_LT((mesh.corner(0, 2) - Vec3(0.15, 7.5, -0.0625)).norm(), 1e-6);
+  EXPECT_EQ(mesh.uvs[0][1], Vec2f(0.25F, 0.5F));
+  EXPECT_TRUE(mesh.normals[0][2].isApprox(Vec3f(0, 0.6F, -0.8F)));
+}
+
 TEST_F(MeshFile, WhatCannotBeReadIsNamed) {
   expect_error((scratch / "none.obj").string(), "there is no such file");
   expect_error(write("mesh.fbx", "x"), ".obj .ply .stl .gltf .glb");
