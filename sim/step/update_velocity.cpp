@@ -76,7 +76,8 @@ void prepare_contacts_at_end(World& world, StepContext& context) {
                      world.gravity.norm() * context.dt * context.dt, context.contacts);
   yield_where_pinched(world.bodies, context.dt, context.contacts, nullptr);
   find_speculative_targets(context.dt, world.settings.orientation, context.graph, world.bodies,
-                           context.contacts, PredictionFor::velocity_at_end);
+                           context.contacts, PredictionFor::velocity_at_end,
+                           world.settings.collision.rigid_pairs ? &context.difference : nullptr);
   if (solves_contact(world)) context.contact_forces.restore_targets(context.contacts);
   // The solve starts from twice the impulses of step III, which dealt with the forces of half a step.
   warm_start_again(2, context.graph, world.bodies, context.contacts);

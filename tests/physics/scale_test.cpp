@@ -118,13 +118,12 @@ std::vector<Vec3> motion(const Kind& kind, double s) {
 }
 
 // The bounds are tolerances of the solvers: relative to the bodies they are the same below a size of 5 cm
-// (ContactPoint::precision) and finer above it. Free and single bodies differ by rounding and by the
-// tolerance of an impact. The speculative margin has an absolute term, 0.05 m/s, so that other points take
-// part between a rigid and a soft body. The folds of the cloth amplify differences, by a factor of a thousand
-// within the half second.
+// (ContactPoint::precision) and finer above it. Bodies that roll or swing differ by rounding. The box falls
+// on a corner and rocks down in ten impacts, and the folds of the cloth move: both amplify differences by a
+// factor of a thousand within the half second.
 TEST(Scale, ScenesOfAnySizeMoveAlike) {
-  const std::vector<Kind> kinds{{"falling box", fall, 1e-6},      {"rolling ball", roll, 1e-12},
-                                {"stack", stack, 1e-4},           {"rigid on soft", press, 2e-4},
+  const std::vector<Kind> kinds{{"falling box", fall, 2e-5},      {"rolling ball", roll, 1e-12},
+                                {"stack", stack, 1e-4},           {"rigid on soft", press, 1e-4},
                                 {"cloth on a ball", drape, 1e-2}, {"chain", swing, 1e-9}};
   for (const Kind& kind : kinds) {
     const std::vector<Vec3> as_is = motion(kind, 1);

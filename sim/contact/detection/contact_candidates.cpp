@@ -23,11 +23,26 @@ namespace {
 constexpr double min_size = 0.05;
 constexpr std::size_t pairs_at_once = 16;  // for each task of a parallel loop
 
-// dt (1.5 v + 0.05 m/s): the speculative margin (m) of a point whose relative speed is at most v (m/s). It is
-// the motion over the step, with room for the velocity that other contacts add to it. The constant term is an
-// absolute speed, so that bodies at rest have a margin, too. Larger values find more points that are not
-// reached; smaller ones miss points that other contacts push towards a body.
-double reach(double relative_speed, double dt) { return dt * (1.5 * relative_speed + 0.05); }
+// Part of the speculative margin for bodies at rest that other contacts push, relative to the size of the
+// smaller body of a pair. Doubled, it finds more points that are not reached; halved, it misses more points
+// that are pushed onto a body.
+constexpr double rest_margin = 1e-3;
+
+// 1.5 dt v: the part of the speculative margin (m) for the speed v (m/s). It is the motion over the step,
+// with room for the velocity that other contacts add to it.
+double reach(double speed, double dt) { return 1.5 * dt * speed; }
+
+// Returns `rest_margin` times the radius of a body's box, m. It is zero for half spaces, so that the larger
+// one of a pair is that of the other body.
+double margin_at_rest(const BodyBounds& body) {
+  return body.is_half_space ? 0 : rest_margin * (body.half.norm() + body.radius);
+}
+
+// Returns the part of the speculative margin for two bodies at rest, m.
+double margin_at_rest(const BodyBounds& a, const BodyBounds& b) {
+  if (a.is_half_space || b.is_half_space) return margin_at_rest(a) + margin_at_rest(b);
+  return std::min(margin_at_rest(a), margin_at_rest(b));
+}
 
 // Returns the greatest length of the values of a body's particles.
 double max_norm(const std::vector<Vec3>& values, const DeformableBody& body) {
@@ -80,7 +95,8 @@ class Finder {
     broad_phase.margin.resize(broad_phase.bounds.size());
     parallel_for(broad_phase.bounds.size(), 64, [&](std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i)
-        broad_phase.margin[i] = reach(fastest(broad_phase.bounds[i]) + max_change(static_cast<int>(i)), dt_);
+        broad_phase.margin[i] = reach(fastest(broad_phase.bounds[i]) + max_change(static_cast<int>(i)), dt_) +
+                                margin_at_rest(broad_phase.bounds[i]);
     });
     return broad_phase.find(filter_);
   }
@@ -141,7 +157,7 @@ class Finder {
     const BodyBounds& guest = search_.broad_phase.bounds[g];
     const double speed = (guest.velocity - host.velocity).norm() + guest.spin.norm() * guest.arm +
                          host.spin.norm() * host.arm + max_change(pair.guest_rigid) + max_change(pair.host);
-    const double margin = reach(speed, dt_);
+    const double margin = reach(speed, dt_) + margin_at_rest(host, guest);
     if (separation(host, guest) > margin) return;
     const std::size_t begin = chunk.touches.size();
     find_faces(pair, is_reversed, margin, chunk);
@@ -234,14 +250,15 @@ class Finder {
     const BodyBounds& guest = search_.broad_phase.bounds[d];
     const double speed =
         fastest(guest) + max_change(static_cast<int>(d)) + fastest(host) + max_change(pair.host);
-    const double margin = reach(speed, dt_);
+    const double rest = margin_at_rest(host, guest);
+    const double margin = reach(speed, dt_) + rest;
     if (separation(host, guest) > margin) return;
     const double around = bodies_.deformable[as_index(pair.guest_deformable)].thickness / 2;
     visit_near(bodies_, search_, pair, margin + around, [&](NearPoint touch) {
       const SurfacePoint& point = bodies_.points[as_index(touch.point)];
       touch.gap += point.contact_offset;
       if (neither_moves(bodies_, point, h)) return;
-      if (touch.gap < reach_of(point, search_.point[as_index(touch.point)], h))
+      if (touch.gap < rest + reach_of(point, search_.point[as_index(touch.point)], h))
         chunk.touches.push_back(touch);
     });
     ContactPoint contact;
@@ -252,7 +269,7 @@ class Finder {
       const SurfacePoint& point = contact.on_surface;
       if (neither_moves(bodies_, point, h)) return;
       const double gap = near.distance + point.contact_offset;
-      if (!(gap < reach_of(point, weighted(point, bodies_.particles.x), h))) return;
+      if (!(gap < rest + reach_of(point, weighted(point, bodies_.particles.x), h))) return;
       chunk.touches.push_back({.point = contact.guest_point,
                                .position = near.edge.foot,
                                .normal = near.edge.normal,
@@ -260,7 +277,9 @@ class Finder {
                                .plane_index = static_cast<int>(chunk.planes.size())});
       chunk.planes.push_back(near);
     };
-    const auto margin_of = [&](const BoundaryEdge& edge) { return reach_of(edge, h) - edge.contact_offset; };
+    const auto margin_of = [&](const BoundaryEdge& edge) {
+      return rest + reach_of(edge, h) - edge.contact_offset;
+    };
     visit_places(bodies_, search_.broad_phase, pair, margin + around, margin_of, chunk, take);
   }
 

@@ -36,18 +36,15 @@ struct OfTriangles {
   Vec3 normal(const Vec3& x) const { return shape.exact(x).normal; }
 };
 
-// Returns whether the foot of `plane` is at the end of a wall of the shape, seen in the direction `way` (m)
-// in which the other body lies. Then that body slides over the end, as over the side of a rail that it lies
-// on.
+// Returns what ends_at() documents, for a shape that is read by one of the classes above.
 template <class Shape>
-bool is_at_end_of_wall(const Shape& shape, const ContactPlane& plane, const Vec3& way) {
-  const Vec3 along = way - way.dot(plane.normal) * plane.normal;
+bool is_at_end_of_wall(const Shape& shape, const Vec3& foot, const Vec3& normal, const Vec3& way) {
+  const Vec3 along = way - way.dot(normal) * normal;
   const double length = along.norm();
   if (!(length > 0)) return false;
   const double step = wall_step * way.norm();
   const Vec3 shift = step / length * along;
-  return std::abs(shape.distance(plane.foot - shift)) < on * step &&
-         shape.distance(plane.foot + shift) > off * step;
+  return std::abs(shape.distance(foot - shift)) < on * step && shape.distance(foot + shift) > off * step;
 }
 
 // Finds the plane that contact_plane() documents, for a shape that is read by one of the classes above.
@@ -69,7 +66,7 @@ ContactPlane plane_of(const Shape& shape, const Vec3& x, const Vec3& inside) {
   nearest.foot = x - nearest.gap * nearest.normal;
   nearest.faces = faces(nearest.normal, way);
   if (is_opposite && nearest.normal.dot(plane.normal) > same_wall) return plane;
-  if (nearest.faces && nearest.gap >= 0 && is_at_end_of_wall(shape, nearest, way)) {
+  if (nearest.faces && nearest.gap >= 0 && is_at_end_of_wall(shape, nearest.foot, nearest.normal, way)) {
     nearest.faces = false;
     return nearest;
   }
@@ -83,7 +80,18 @@ ContactPlane plane_of(const Shape& shape, const Vec3& x, const Vec3& inside) {
 
 bool faces(const Vec3& normal, const Vec3& way) { return normal.dot(way) > min_corner_facing * way.norm(); }
 
+bool ends_at(const LevelSet& shape, const Vec3& foot, const Vec3& normal, const Vec3& way) {
+  return is_at_end_of_wall(OfTriangles{shape}, foot, normal, way);
+}
+
 ContactPlane contact_plane(const LevelSet& shape, const Vec3& x, const Vec3& inside) {
+  if (shape.kind == LevelSet::Kind::sphere && x.dot(inside) > 0) {
+    // A sphere has no edges, so that the surface nearest to `x` counts, unless `x` is beyond the center. The
+    // one nearest to `inside` would lean.
+    const double distance = shape.distance(x);
+    const Vec3 normal = shape.normal(x);
+    return {normal, distance, x - distance * normal, faces(normal, inside - x)};
+  }
   return plane_of(OfLevelSet{shape}, x, inside);
 }
 

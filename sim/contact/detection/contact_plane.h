@@ -24,6 +24,12 @@ struct ContactPlane {
 /// the corner of a box it is 55 degrees.
 bool faces(const Vec3& normal, const Vec3& way);
 
+/// Returns whether the plane with the unit normal `normal` ends at `foot`, a point of the surface of `shape`,
+/// seen in the direction `way` in which the other body lies from there (all in the body space of `shape`, m).
+/// That body slides over the end, as over the side of a rail that it lies on, up to a depth of 2e-4 of the
+/// length of `way`. For meshes the surface is that of the triangles.
+bool ends_at(const LevelSet& shape, const Vec3& foot, const Vec3& normal, const Vec3& way);
+
 /// Finds the plane of `shape` that a point at `x` rests against, where `inside` is a point of the same body
 /// some way in from `x` (both in m, in the body space of `shape`).
 ///
@@ -32,7 +38,7 @@ bool faces(const Vec3& normal, const Vec3& way);
 /// the surface nearest to `inside`, from where the side on which the body lies is plain. A consequence is
 /// that a point leaves a shape thinner than the distance from `x` to `inside` by the face through which it
 /// entered. If `x` is not opposite the surface so found, because it is beside an edge, the surface nearest to
-/// `x` counts.
+/// `x` counts, and so it does for a sphere, if `x` is not beyond its center.
 ContactPlane contact_plane(const LevelSet& shape, const Vec3& x, const Vec3& inside);
 
 /// Finds the plane that contact_plane() finds, from LevelSet::exact(). For meshes the foot then lies on the

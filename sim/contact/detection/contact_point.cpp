@@ -160,6 +160,25 @@ int body_below_deepest(const Bodies& bodies, int host, const Touch& found, const
   return other == others.end() ? -1 : *other;
 }
 
+// Returns the touch of the support point `point` of a ball with a plane: the place right above the plane. The
+// support point is that towards the surface nearest to the center, whose normal differs by some degrees
+// beside the edges of a mesh. An impulse along the plane's normal would then turn a ball without friction. If
+// it differs by more, the plane is that of another side.
+Touch of_ball_in_world(const ShapeSupportPoint& point, ContactPlane plane, const Pose& host_pose) {
+  constexpr double one_side = 0.98;  // least cosine of the angle: 11 degrees
+  const double radius = (point.position - point.inside).norm();
+  if (plane.normal.dot(point.inside - point.position) < one_side * radius)
+    return in_world(point.position, plane, host_pose);
+  const Vec3 x = point.inside - radius * plane.normal;
+  plane.gap += plane.normal.dot(x - point.position);
+  return in_world(x, plane, host_pose);
+}
+
+// Returns whether point `sample` of a guest is the support point of a ball.
+bool is_of_ball(const RigidProperties& guest, int sample) {
+  return sample < 0 && guest.shape.kind == LevelSet::Kind::sphere;
+}
+
 }  // namespace
 
 Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
@@ -168,7 +187,9 @@ Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidPrope
   if (sample < 0 && !lowest.normal.isZero(0))
     return touch_of_face(lowest, host_pose, guest.shape, guest_pose, support_number(guest.shape, sample));
   const ShapeSupportPoint point = in_space_of(host, host_pose, guest, guest_pose, sample);
-  return in_world(point.position, contact_plane(host.shape, point.position, point.inside), host_pose);
+  const ContactPlane plane = contact_plane(host.shape, point.position, point.inside);
+  return is_of_ball(guest, sample) ? of_ball_in_world(point, plane, host_pose)
+                                   : in_world(point.position, plane, host_pose);
 }
 
 Touch touch(const Bodies& bodies, int host, const Pose& host_pose, int guest, const Pose& guest_pose,
@@ -181,7 +202,9 @@ Touch touch(const Bodies& bodies, int host, const Pose& host_pose, int guest, co
       in_space_of(properties[as_index(host)], host_pose, properties[as_index(guest)], guest_pose, sample);
   const ContactPlane plane = exposed_plane(bodies, host, host_pose, point.position, point.inside,
                                            sample < 0 ? PointKind::deepest : PointKind::fixed);
-  const Touch found = in_world(point.position, plane, host_pose);
+  const bool is_ball = is_of_ball(properties[as_index(guest)], sample);
+  const Touch found =
+      is_ball ? of_ball_in_world(point, plane, host_pose) : in_world(point.position, plane, host_pose);
   if (sample >= 0) return found;
   const LevelSet& shape = properties[as_index(guest)].shape;
   const int k = support_number(shape, sample),

@@ -367,8 +367,11 @@ void join_patches(double size, const Pose& guest_in_host, std::size_t begin, std
             });
   for (ContactPatch& patch : scratch.patches) {
     const std::span<const Vec3> corners(scratch.hull_corners.data() + patch.first_corner, patch.corners);
+    // Support points stay in any case, so that they alone do not make a patch: they would drop the other
+    // body's touches, which have dropped theirs.
     bool is_left = false;
-    for (std::size_t i = begin; i < touches.size(); ++i) is_left |= touches[i].patch == patch.number;
+    for (std::size_t i = begin; i < touches.size(); ++i)
+      is_left |= touches[i].patch == patch.number && touches[i].point >= 0;
     if (!is_left) continue;
     const auto is_beneath = [&](NearPoint& touch) {
       if (touch.reversed == patch.reversed || touch.point < 0) return false;

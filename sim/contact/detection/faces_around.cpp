@@ -105,8 +105,9 @@ void find_faces_around(const LevelSet& host, const LevelSet& guest, const Pose& 
       const ShapeSupportPoint deepest = support_point(guest, k, turn.transpose() * n);
       const Vec3 x = in_host.to_world(deepest.position);
       const double gap = n.dot(x - face.corner[0]);
-      if (!(gap < margin) || n.dot(in_host.to_world(deepest.inside) - face.corner[0]) <= 0 ||
-          !is_opposite(face, x))
+      const Vec3 inside = in_host.to_world(deepest.inside);
+      if (!(gap < margin) || n.dot(inside - face.corner[0]) <= 0 || !is_opposite(face, x) ||
+          ends_at(host, x - gap * n, n, inside - x))
         return;
       const auto is_same = [&](const EdgeContact& found) {
         return found.edge.normal.dot(n) > same_face_normal &&

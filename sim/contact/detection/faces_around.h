@@ -11,12 +11,12 @@ namespace duet {
 /// `host` is a mesh. `in_host` is the pose of the guest in the host's body space.
 ///
 /// A support point touches each plane of the host that turns by more than 5 degrees from the nearest surface,
-/// if it is less than `margin` (m) above a face in that plane and opposite that face. If there is such a
-/// plane, the plane of the nearest surface is added as face 0. In the middle of a groove rounding decides
-/// which side is the nearest one, and each side has to keep its contact for the step. Face 0 is left out if
-/// another point of the guest is the support point towards that plane. An example is a rim beside an edge of
-/// the host: most of it may be below the host's top. Each contact is appended to `touches`, and its plane to
-/// `places`.
+/// if it is less than `margin` (m) above a face in that plane, opposite that face, and not at the end of it
+/// (ends_at()), over which the guest slides. If there is such a plane, the plane of the nearest surface is
+/// added as face 0. In the middle of a groove rounding decides which side is the nearest one, and each side
+/// has to keep its contact for the step. Face 0 is left out if another point of the guest is the support
+/// point towards that plane. An example is a rim beside an edge of the host: most of it may be below the
+/// host's top. Each contact is appended to `touches`, and its plane to `places`.
 void find_faces_around(const LevelSet& host, const LevelSet& guest, const Pose& in_host, double margin,
                        std::vector<NearPoint>& touches, std::vector<EdgeContact>& places);
 

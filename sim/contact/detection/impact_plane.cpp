@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "sim/base/parallel.h"
+#include "sim/contact/detection/contact_plane.h"
 #include "sim/contact/detection/internal_edges.h"
 
 namespace duet {
@@ -158,7 +159,11 @@ void put_at_point(const Bodies& bodies, const Path& path, const Meeting& meeting
   // Samples turn with their body. The place at which a round body touches does not.
   contact.guest_arm = contact.is_sample() ? Vec3(g.pose.orientation * pose.to_body(meeting.touch.position))
                                           : Vec3(meeting.touch.position - pose.position);
-  contact.host_arm = g.pose.position + contact.guest_arm - h.pose.position;
+  // Both arms lead to one place, which keeps angular momentum. A guest that does not move takes none, so that
+  // the arm is that at the meeting.
+  contact.host_arm = bodies.rigid.properties[as_index(contact.guest_rigid)].is_dynamic()
+                         ? Vec3(g.pose.position + contact.guest_arm - h.pose.position)
+                         : Vec3(meeting.touch.position - path.pose(contact.host, meeting.time).position);
   contact.gap = std::max(meeting.touch.gap, 0.0) -
                 meeting.time * dt * contact.normal.dot(path.relative_velocity(contact));
   contact.meets_ahead = true;
@@ -172,16 +177,17 @@ void put_at_point(const Bodies& bodies, const Path& path, const Meeting& meeting
 }
 
 //   distance from the guest(x - e n) = e
-// holds if the host meets the guest's surface at the sample x from outside, rather than along it: x is then
-// the point of the guest nearest to x - e n, a point just inside of the host, with the host's normal n. A
-// point on a straight edge cannot be hit in the direction of the edge, nor a point of a face in a direction
-// within the face: there the host slides along, and contacts of crossing edges carry it. Returns whether the
-// equation holds nearly; for points that are no samples it returns true.
+// holds if the host meets the guest's surface at the sample or edge's place x from outside, rather than along
+// it: x is then the point of the guest nearest to x - e n, a point just inside of the host, with the host's
+// normal n. A point on a straight edge cannot be hit in the direction of the edge, nor a point of a face in a
+// direction within the face: there the host slides along, and contacts of crossing edges carry it. Returns
+// whether the equation holds nearly; for support points and the axes of round bodies it returns true.
 bool meets_from_outside(const Bodies& bodies, const Path& path, const Meeting& meeting,
                         const ContactPoint& contact) {
   constexpr double probe = 0.01;        // e, relative to the guest's smallest size
   constexpr double min_distance = 0.8;  // relative to e: smooth meshes with flat faces reach 0.9
-  if (!contact.is_sample()) return true;
+  const bool is_on_axis = contact.is_on_edge() && contact.edge.radius > 0;
+  if (contact.guest_point < 0 || is_on_axis) return true;
   const LevelSet& guest = bodies.rigid.properties[as_index(contact.guest_rigid)].shape;
   const double e = probe * guest.min_size();
   const Vec3 x = meeting.touch.position - e * meeting.touch.normal;
@@ -226,6 +232,25 @@ std::optional<Meeting> meeting_of(const Bodies& bodies, const Path& path, double
   return first_meeting(path, length, depth, std::min(min_part * length, min_size_part * host.min_size()));
 }
 
+// Returns the displacement from the place of an edge contact some way into its guest, in the world's axes, m.
+Vec3 way_into_guest(const Bodies& bodies, const ContactPoint& contact) {
+  constexpr double way = 0.25;  // relative to the guest's smallest size
+  const RigidProperties& guest = bodies.rigid.properties[as_index(contact.guest_rigid)];
+  const Quat& turn = bodies.rigid.state[as_index(contact.guest_rigid)].pose.orientation;
+  const std::size_t node = as_index(contact.guest_point) - guest.samples.size();
+  return node < guest.feature_edges.inward.size()
+             ? Vec3(way * guest.shape.min_size() * (turn * guest.feature_edges.inward[node]))
+             : Vec3::Zero();
+}
+
+// Returns whether the plane of an edge contact ends where the guest's edge is level with its end, so that the
+// guest slides over that end.
+bool slides_over_end(const Bodies& bodies, const ContactPoint& contact) {
+  const Quat& turn = bodies.rigid.state[as_index(contact.host)].pose.orientation;
+  return ends_at(bodies.rigid.properties[as_index(contact.host)].shape, contact.edge.foot,
+                 contact.edge.normal, turn.conjugate() * way_into_guest(bodies, contact));
+}
+
 // Gives one contact the plane in which its bodies meet, if it needs another one than it has, and sets
 // ContactPoint::stays. See find_impact_planes().
 void look_ahead(const Bodies& bodies, const Path& path, double dt, double fall, ContactPoint& contact) {
@@ -238,7 +263,8 @@ void look_ahead(const Bodies& bodies, const Path& path, double dt, double fall, 
   const Meeting& meeting = *found;
   const bool is_apart = contact.gap > depth, ends_level = std::abs(meeting.touch.gap) <= depth;
   if (std::isinf(meeting.touch.gap) || (!is_apart && !ends_level)) return;
-  if (is_apart && meeting.touch.gap < -depth && !meets_from_outside(bodies, path, meeting, contact)) {
+  if (is_apart && contact.is_sample() && meeting.touch.gap < -depth &&
+      !meets_from_outside(bodies, path, meeting, contact)) {
     contact.meets_ahead = true;
     contact.gap = std::numeric_limits<double>::infinity();
     return;
@@ -249,7 +275,8 @@ void look_ahead(const Bodies& bodies, const Path& path, double dt, double fall, 
   if (keeps_plane(bodies.rigid.properties[as_index(contact.guest_rigid)].shape, contact)) {
     const bool keeps = meeting.time < 1 || is_round_at(bodies, path, meeting, contact);
     if (keeps && path.gap_to_plane(meeting.time) > -plane_tolerance * depth) return;
-    put_on_edge(bodies, path, meeting, depth, contact);
+    if (meets_from_outside(bodies, path, meeting, contact) || slides_over_end(bodies, contact))
+      put_on_edge(bodies, path, meeting, depth, contact);
     return;
   }
   ContactPoint ahead = contact;

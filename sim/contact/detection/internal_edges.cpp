@@ -75,6 +75,31 @@ NearestBody nearest(const Bodies& bodies, int host, const Vec3& x) {
   return result;
 }
 
+// Returns the normal of the surface below `exit` (m, world), which is `normal` at the nearest place of the
+// body `left`. If that place is an edge beside a gap, the surface goes on to the body on the other side: with
+// the displacement t from the edge to that body's nearest place, the result is n - (n . t) t / t^2,
+// normalized. The direction from one of the edges would lean by any angle over a gap however narrow. The
+// other body is at most `beyond` (m) farther away.
+Vec3 normal_over_gap(const Bodies& bodies, int host, const Vec3& exit, const NearestBody& left,
+                     const Vec3& normal, double beyond) {
+  const auto over_gap_to = [&](int other) -> std::optional<Vec3> {
+    if (other == left.body) return std::nullopt;
+    const double distance = distance_to(bodies.rigid, other, exit);
+    if (distance > left.distance + beyond) return std::nullopt;
+    const Vec3 foot = exit - distance * normal_of(bodies.rigid, other, exit);
+    const Vec3 gap = foot - (exit - left.distance * normal);
+    if (!(normal.dot(gap) > 0)) return std::nullopt;
+    // Beside a face, unlike beside an edge, the normal is the same a little farther away from the gap.
+    if (normal_of(bodies.rigid, left.body, exit - gap).dot(normal) > one_face) return std::nullopt;
+    const Vec3 level = normal - normal.dot(gap) / gap.squaredNorm() * gap;
+    return level.norm() > leads_off ? std::optional<Vec3>(level.normalized()) : std::nullopt;
+  };
+  if (const std::optional<Vec3> level = over_gap_to(host)) return *level;
+  for (const int other : bodies.adjoining.of(host))
+    if (const std::optional<Vec3> level = over_gap_to(other)) return *level;
+  return normal;
+}
+
 // Returns whether a point at `x` (m, world) outside is above the surface of the exit `way`. That surface may
 // be the host's or an adjoining body's, from which the point may slide onto the host within the step.
 bool is_over(const Bodies& bodies, int host, const Vec3& x, const Exit& way) {
@@ -202,8 +227,10 @@ Exit exit_from_union(const Bodies& bodies, int host, const Vec3& x, const Vec3& 
   }
   const Vec3 exit = x + out * inward;
   const NearestBody left = nearest(bodies, host, exit);
-  const Vec3 normal = normal_of(bodies.rigid, left.body, exit);
-  return {normal, (exit - x).dot(normal) - left.distance};
+  const Vec3 edge_normal = normal_of(bodies.rigid, left.body, exit);
+  const Vec3 foot = exit - left.distance * edge_normal;
+  const Vec3 normal = normal_over_gap(bodies, host, exit, left, edge_normal, beyond);
+  return {normal, (foot - x).dot(normal)};
 }
 
 ContactPlane exposed_plane(const Bodies& bodies, int host, const Pose& pose, const Vec3& x,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "sim/base/parallel.h"
@@ -20,9 +21,13 @@ namespace {
 constexpr double inside_tolerance = 1e-6;
 // Slower approaches count as rounding, m/s, to be multiplied by ContactPoint::precision.
 constexpr double approach_tolerance = 1e-9;
-// Points that come this near to an overlap, as a fraction of their path in the step, take part in an impact
-// if other points of their pair overlap, because rounding decides which corner of a level face is the first.
+// Points of a pair that meet within this fraction of the step meet at once, because rounding decides which
+// corner of a level face is the first. They also take part if they come this near to an overlap, as a
+// fraction of their path in the step.
 constexpr double same_time = 1e-3;
+// Points also meet at once if their gaps differ by no more than this times level_depth(), a thousandth of the
+// bodies' size. Less would let what solvers leave over of a body's tilt decide which corner lands first.
+constexpr double almost_level = 10;
 // Slower approaches, as a fraction of the change of a body's velocity by forces in the step, are what a
 // contact solve left over. A larger value would leave weak impacts to contact, which does not bounce.
 constexpr double min_impact = 1e-3;
@@ -50,6 +55,7 @@ class Collider {
     scratch_.version.assign(bodies.rigid.size() + bodies.deformable.size(), 0);
     scratch_.seen.assign(contacts.pairs.size(), {});
     scratch_.takes_part.assign(contacts.points.size(), 0);
+    scratch_.time.resize(contacts.points.size());
     scratch_.velocity_before.resize(contacts.points.size());
     scratch_.impulse_before.resize(contacts.points.size());
     scratch_.is_hit.assign(contacts.pairs.size(), 0);
@@ -62,7 +68,10 @@ class Collider {
   // Alternates rigid impacts and sweeps over deformable pairs, until neither changes anything.
   void run() {
     const bool deformable = !bodies_.deformable.empty();
-    if (!settings_.rigid_pairs) note_overlaps();
+    if (!settings_.rigid_pairs)
+      note_overlaps();
+    else
+      find_falls();
     for (int round = 0; round < rounds_per_iteration * settings_.iterations; ++round) {
       stop_if_asked();
       predict();
@@ -74,20 +83,77 @@ class Collider {
   }
 
  private:
+  // Finds for each rigid body the part of D that nothing holds up: D without its component towards what the
+  // body touches, if that is fixed or held up itself. Bodies that rest on others do not fall in the step,
+  // though D says so.
+  void find_falls() {
+    constexpr int most_layers = 16;  // of bodies that lie on each other
+    const RigidBodies& rigid = bodies_.rigid;
+    scratch_.fall = difference_.rigid;
+    scratch_.is_held.resize(rigid.size());
+    for (std::size_t b = 0; b < rigid.size(); ++b) scratch_.is_held[b] = !rigid.properties[b].is_dynamic();
+    scratch_.holding.clear();
+    for (std::size_t i = 0; i < contacts_.points.size(); ++i)
+      if (contacts_.points[i].is_rigid_pair() && contacts_.points[i].stays)
+        scratch_.holding.push_back(static_cast<int>(i));
+    bool changed = true;
+    for (int layer = 0; layer < most_layers && changed; ++layer) {
+      changed = false;
+      for (const int i : scratch_.holding) {
+        const ContactPoint& contact = contacts_.points[as_index(i)];
+        changed |= hold(as_index(contact.guest_rigid), as_index(contact.host), contact.normal);
+        changed |= hold(as_index(contact.host), as_index(contact.guest_rigid), -contact.normal);
+      }
+    }
+  }
+
+  // Takes from the fall of a dynamic body its component towards the body `below`, if that is held up.
+  // `normal` leads away from that one. Returns whether this changed the fall by more than rounding.
+  bool hold(std::size_t body, std::size_t below, const Vec3& normal) {
+    constexpr double rounding = 1e-9;  // relative to D
+    if (!bodies_.rigid.properties[body].is_dynamic() || !scratch_.is_held[below]) return false;
+    const double towards = normal.dot(scratch_.fall[below] - scratch_.fall[body]);
+    if (!(towards > rounding * difference_.rigid[body].norm())) return false;
+    scratch_.fall[body] += towards * normal;
+    scratch_.is_held[body] = 1;
+    return true;
+  }
+
+  // Returns the pose of a rigid body after dt with the velocity v_*^n + D, with `linear` (m/s) for that part
+  // of D that changes the velocity of the center of mass.
+  Pose pose_after(int body, const Vec3& linear) const {
+    const auto b = as_index(body);
+    const RigidProperties& properties = bodies_.rigid.properties[b];
+    RigidState state = bodies_.rigid.state[b];
+    if (!properties.moves()) return state.pose;
+    state.velocity += linear;
+    rotation_variable(state, properties) += difference_.rotation[b];
+    if (properties.is_dynamic()) state.angular_velocity = state.inverse_inertia * state.angular_momentum;
+    return evolved_pose(state, dt_, settings_.orientation);
+  }
+
   // Returns the pose of a rigid body after dt with the velocity v_*^n + D.
   const Pose& predicted_pose(int body) {
     const auto b = as_index(body);
     if (scratch_.stale[b]) {
-      const RigidProperties& properties = bodies_.rigid.properties[b];
-      RigidState state = bodies_.rigid.state[b];
-      state.velocity += difference_.rigid[b];
-      rotation_variable(state, properties) += difference_.rotation[b];
-      if (properties.is_dynamic()) state.angular_velocity = state.inverse_inertia * state.angular_momentum;
-      scratch_.predicted[b] =
-          properties.moves() ? evolved_pose(state, dt_, settings_.orientation) : state.pose;
+      scratch_.predicted[b] = pose_after(body, difference_.rigid[b]);
       scratch_.stale[b] = 0;
     }
     return scratch_.predicted[b];
+  }
+
+  // Returns the gap of a rigid pair's contact at the end of the step if bodies that are held up do not fall,
+  // m. `gap` (m) is the gap if they do.
+  double gap_of_held(const ContactPoint& contact, double gap) const {
+    const auto h = as_index(contact.host), g = as_index(contact.guest_rigid);
+    const Vec3 host_held = scratch_.fall[h] - difference_.rigid[h],
+               guest_held = scratch_.fall[g] - difference_.rigid[g];
+    if (host_held.isZero(0) && guest_held.isZero(0)) return gap;
+    if (contact.meets_ahead)
+      return touch_ahead(bodies_, contact, dt_, change_by_forces(contact) + guest_held - host_held).gap;
+    return touch(bodies_, contact.host, pose_after(contact.host, scratch_.fall[h]), contact.guest_rigid,
+                 pose_after(contact.guest_rigid, scratch_.fall[g]), contact.guest_point, contact.edge)
+        .gap;
   }
 
   // Returns how the guest's point of a rigid pair meets the host at the predicted positions.
@@ -218,9 +284,11 @@ class Collider {
   }
 
   // Marks the points of one pair that take part in the impact, and sets their targets to the least normal
-  // velocity that the impact has to leave. Returns whether one of them overlaps and approaches.
+  // velocity that the impact has to leave. They are those that meet first in the step: the impact changes
+  // what the others do, and if they still meet then, they belong to the next round. Returns whether there are
+  // any.
   bool find_points(ContactPair& pair) {
-    bool meets = false;
+    double first = std::numeric_limits<double>::infinity();  // s: when the first of them meet
     SampleCulling touches;
     for (int i = pair.begin; i < pair.end; ++i) {
       ContactPoint& contact = contacts_.points[as_index(i)];
@@ -230,15 +298,27 @@ class Collider {
       if (touches.carry_for(contact, predicted)) continue;
       const Vec3 velocity = relative_velocity(bodies_, contact);
       const double normal_velocity = velocity.dot(contact.normal);
-      if (predicted.gap >= same_time * dt_ * -normal_velocity) continue;
+      const double near = same_time * dt_ * -normal_velocity;  // m
+      if (predicted.gap >= near) continue;
       if (predicted.gap < 0) pair.collided = true;
       if (!collides(contact, velocity) || persists(contact, normal_velocity)) continue;
+      const double gap = gap_of_held(contact, predicted.gap);
+      if (gap >= near) continue;
       part = 1;
-      meets |= predicted.gap < 0;
+      const double time = std::max(contact.gap, 0.0) / -normal_velocity;
+      scratch_.time[as_index(i)] = time;
+      if (gap < 0) first = std::min(first, time);
       contact.target = rebound_velocity(contact, normal_velocity);
       scratch_.velocity_before[as_index(i)] = velocity;
     }
-    return meets;
+    for_each_point(pair, [&](std::size_t i) {
+      const ContactPoint& contact = contacts_.points[i];
+      const double approach = -scratch_.velocity_before[i].dot(contact.normal);
+      const double at_once =
+          std::max(same_time * dt_, almost_level * level_depth(bodies_, contact) / approach);
+      if (scratch_.time[i] > first + at_once) scratch_.takes_part[i] = 0;
+    });
+    return std::isfinite(first);
   }
 
   // Without rigid collisions all rigid pairs go straight to contact.

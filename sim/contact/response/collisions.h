@@ -24,8 +24,12 @@ struct CollisionSettings {
 struct CollisionScratch {
   /// For each rigid body: the predicted pose, x* = x^n + dt (v_*^n + D) for its position.
   std::vector<Pose> predicted;
-  std::vector<char> stale;   ///< For each rigid body: whether impulses have changed it since `predicted`.
-  std::vector<int> version;  ///< For each body, numbered as by guest_node(): how often impulses changed it.
+  /// For each rigid body: the part of D that nothing holds up, m/s, see find_falls().
+  std::vector<Vec3> fall;
+  std::vector<char> is_held;  ///< For each rigid body: whether it is fixed, or something below holds it up.
+  std::vector<int> holding;   ///< Indices of the contacts that may hold a body up.
+  std::vector<char> stale;    ///< For each rigid body: whether impulses have changed it since `predicted`.
+  std::vector<int> version;   ///< For each body, numbered as by guest_node(): how often impulses changed it.
   /// Versions of the bodies of a pair when the pair was looked at last; -1: never.
   struct Seen {
     int host = -1,   ///< Version of the host.
@@ -35,6 +39,8 @@ struct CollisionScratch {
   std::vector<Seen> seen;
   std::vector<char>
       takes_part;  ///< For each contact point: whether it takes part in the impact of this round.
+  /// For each contact point that takes part: when it meets, s from the beginning of the step.
+  std::vector<double> time;
   std::vector<Vec3> velocity_before,  ///< For each contact point: relative velocity before the impact, m/s.
       impulse_before;                 ///< For each contact point: its impulse of earlier rounds, N s.
   std::vector<char> is_hit;           ///< For each pair: whether it takes part in the impact.
@@ -64,8 +70,9 @@ struct CollisionScratch {
 /// pairs, so that elastic bodies bounce before contact stops them. Contacts that close no faster than the
 /// forces of one step make them are left to contact. The impulses add up in ContactPoint::impulse.
 ///
-/// Rigid bodies meet in rounds. In a round, all points that would overlap at the predicted positions and
-/// approach form one impact: impulses j >= 0 along the normals after which
+/// Rigid bodies meet in rounds. In a round, those points of each pair that meet first, of all that would
+/// overlap at the predicted positions and approach, form one impact: impulses j >= 0 along the normals after
+/// which
 ///   v_n+ >= -e v_n-,  complementary to j,
 /// with friction on Coulomb's cone (Moreau's law). Without friction it takes (1 - e^2) of the energy that a
 /// impact with e = 0 takes, so that it never adds energy. Bodies that an impact brings together belong to the

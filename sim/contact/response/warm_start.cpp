@@ -67,21 +67,38 @@ double target_at_end(const ContactPoint& contact, const Touch& next, double targ
   return w == 1 || std::isinf(target) ? closed : target + w * (closed - target);
 }
 
+// Returns whether the bodies of a contact are apart and approach faster than the forces of one step make
+// them. `forces` is the change of the velocities by the forces of half a step.
+bool will_collide(const Bodies& bodies, const ContactPoint& contact, const Vec3& velocity,
+                  const VelocityState& forces) {
+  if (!contact.is_rigid_pair() || !(contact.gap > level_depth(bodies, contact))) return false;
+  const auto h = as_index(contact.host), g = as_index(contact.guest_rigid);
+  const double approach = -velocity.dot(contact.normal);
+  return approach > 2 * (forces.rigid[h] - forces.rigid[g]).norm();
+}
+
 // Returns the target of a contact, m/s, by the rules of find_speculative_targets(). `deepest` collects the
 // contacts of the pair.
 double target_of(const Bodies& bodies, const std::vector<Pose>& predicted_poses, double dt,
-                 PredictionFor stage, const ContactPoint& contact, SampleCulling& deepest) {
+                 PredictionFor stage, const VelocityState* forces, const ContactPoint& contact,
+                 SampleCulling& deepest) {
   if (contact.meets_ahead)
-    return deepest.carry_for(contact, touch_ahead(bodies, contact, dt, Vec3::Zero())) ? out_of_reach
-                                                                                      : -contact.gap / dt;
+    return deepest.carry_for(contact, touch_ahead(bodies, contact, dt, Vec3::Zero())) ||
+                   (forces && will_collide(bodies, contact, relative_velocity(bodies, contact), *forces))
+               ? out_of_reach
+               : -contact.gap / dt;
   const Vec3 velocity = relative_velocity(bodies, contact),
              expected = expected_velocity(contact, velocity, dt);
   const Touch predicted = predicted_touch(bodies, predicted_poses, dt, contact, dt * (expected - velocity));
-  if (deepest.carry_for(contact, predicted)) return out_of_reach;
+  const bool stays = stage == PredictionFor::velocity_at_end && contact.stays;
+  // Where the next step leads beyond the host, onto a body that adjoins it, the touch there says nothing
+  // about which points carry the load now.
+  const bool is_left = stays && std::isinf(predicted.gap);
+  if (deepest.carry_for(contact, is_left ? touch_ahead(bodies, contact, dt, Vec3::Zero()) : predicted))
+    return out_of_reach;
+  if (forces && will_collide(bodies, contact, velocity, *forces)) return out_of_reach;
   const double target = target_velocity(contact, expected, predicted, dt);
-  return stage == PredictionFor::velocity_at_end && contact.stays
-             ? target_at_end(contact, predicted, target, dt)
-             : target;
+  return stays ? target_at_end(contact, predicted, target, dt) : target;
 }
 
 // Applies factor(island of the pair) times the impulses that the contacts of active pairs hold.
@@ -181,7 +198,8 @@ void update_contacts(const ContactGraph& graph, const Bodies& bodies, ContactSet
 }
 
 void find_speculative_targets(double dt, OrientationUpdate orientation, const ContactGraph& graph,
-                              const Bodies& bodies, ContactSet& contacts, PredictionFor stage) {
+                              const Bodies& bodies, ContactSet& contacts, PredictionFor stage,
+                              const VelocityState* forces) {
   const RigidBodies& rigid = bodies.rigid;
   contacts.predicted.resize(rigid.size());
   parallel_for(rigid.size(), 64, [&](std::size_t begin, std::size_t end) {
@@ -195,7 +213,7 @@ void find_speculative_targets(double dt, OrientationUpdate orientation, const Co
       SampleCulling deepest;
       for (int i = pair.begin; i < pair.end; ++i)
         contacts.points[as_index(i)].target =
-            target_of(bodies, contacts.predicted, dt, stage, contacts.points[as_index(i)], deepest);
+            target_of(bodies, contacts.predicted, dt, stage, forces, contacts.points[as_index(i)], deepest);
     }
   });
 }

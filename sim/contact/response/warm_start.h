@@ -50,9 +50,13 @@ enum class PredictionFor {
 /// normal turns in the next step, has
 ///   target >= -max(gap, 0) / dt,
 /// so that the end of the next step does not let it down.
+/// With `forces`, the change of the velocities by the forces of half a step, a contact of two rigid bodies
+/// that are apart and approach faster than the forces of one step make them has the target minus infinity,
+/// too: the next step finds their collision, with its restitution. A contact would stop them before.
 void find_speculative_targets(double dt, OrientationUpdate orientation, const ContactGraph& graph,
                               const Bodies& bodies, ContactSet& contacts,
-                              PredictionFor stage = PredictionFor::motion_in_step);
+                              PredictionFor stage = PredictionFor::motion_in_step,
+                              const VelocityState* forces = nullptr);
 
 /// Starts the contacts at the forces in the cache `memory`: sets the impulse of each contact to its cached
 /// force times `duration` (s), or to zero, and applies the impulses of active pairs to the velocities. No

@@ -144,5 +144,26 @@ TEST(FacesAround, ASampleInTheCornerOfARoomHasThreePlanes) {
   EXPECT_TRUE(planes_of(box, Vec3(1.01, 0.999, 0), Vec3(1, 0, 0)).empty());
 }
 
+// A cylinder lies on a box of triangles, reaches over its side, and is level with the top but for rounding.
+// The side of the box ends at the cylinder's bottom: it is no wall that the cylinder has run into, or it
+// would be thrown back by the depth to which it reaches over the side. A cylinder that has run into the side
+// touches it.
+TEST(FacesAround, ASideThatEndsBelowTheGuestIsNoWall) {
+  const RigidProperties host = static_mesh(test::box_mesh(-Vec3(1, 0.5, 1), Vec3(1, 0.5, 1)));
+  const LevelSet cylinder = LevelSet::cylinder(0.5, 0.6);
+  const auto touches_side = [&](double over, double height) {
+    std::vector<NearPoint> touches;
+    std::vector<EdgeContact> places;
+    const Pose pose{Vec3(1.5 - over, 0.5 + 0.3 + height, 0.13), Quat::Identity()};
+    find_faces_around(host.shape, cylinder, pose, 0.1, touches, places);
+    return std::any_of(touches.begin(), touches.end(),
+                       [](const NearPoint& touch) { return touch.normal.x() > 0.99 && touch.gap < 0; });
+  };
+  for (const double over : {1e-4, 1e-3, 1e-2, 0.1, 0.3})
+    for (const double rounding : {-1e-9, -1e-12, -1e-16, 0.0, 1e-16, 1e-12, 1e-9})
+      EXPECT_FALSE(touches_side(over, rounding)) << over << " " << rounding;
+  EXPECT_TRUE(touches_side(0.05, -0.02));
+}
+
 }  // namespace
 }  // namespace duet::faces_around_test

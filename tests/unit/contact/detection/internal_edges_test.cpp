@@ -193,5 +193,33 @@ TEST_F(InternalEdges, APointLevelWithBothFacesTheOtherPlank) {
   EXPECT_FALSE(plane_at(Vec3(-0.25, 0, 2.25)).faces);
 }
 
+// Over a narrow gap between two planks the exit is through the plane of both tops, wherever over the gap and
+// however deep the point is. The direction from the nearer rim would lean by up to 16 degrees here, and threw
+// up the boxes that slid over it.
+TEST(InternalEdgesWithGaps, HaveOnePlaneForBothTops) {
+  for (const double gap : {1e-6, 1e-5, 5e-5, 9e-5}) {
+    scene::Scene scene = test::free_space();
+    for (const double side : {-1.0, 1.0}) {
+      scene::RigidBody& plank = test::add_box(scene, side < 0 ? "left" : "right",
+                                              Vec3(side * (2 + gap / 2), -0.5, 0), Vec3(4, 1, 4), 1);
+      plank.mass.reset();
+      plank.is_static = true;
+    }
+    const Simulation simulation(scene, test::plan(scene));
+    const Bodies& bodies = simulation.world().bodies;
+    const int left = bodies.rigid.state[0].pose.position.x() < 0 ? 0 : 1;
+    for (const double place : {-0.5, -0.3, -1e-3, 0.0, 1e-3, 0.3, 0.5})
+      for (const double depth : {0.0, 1e-9, 1e-6, 1e-3}) {
+        const Vec3 x(place * gap, -depth, 0.3), up(0, 1, 0);
+        const Exit side{Vec3(1, 0, 0), -(0.5 + place) * gap};  // from the left plank alone
+        const auto hidden = hidden_foot(bodies, left, Vec3(-gap / 2, -depth, 0.3), side.normal);
+        ASSERT_TRUE(hidden) << gap;
+        const Exit way = exit_from_union(bodies, left, x, up, side, *hidden);
+        EXPECT_LT((way.normal - up).norm(), 1e-9) << gap << " " << place << " " << depth;
+        EXPECT_NEAR(way.depth, depth, 1e-9 * gap + 1e-15) << gap << " " << place;
+      }
+  }
+}
+
 }  // namespace
 }  // namespace duet::internal_edges_test

@@ -259,7 +259,10 @@ TEST(SpeculativeTargets, ABallMayCloseJustItsGap) {
       scene::Scene scene = test::on_ground();
       test::add_ball(scene, "ball", Vec3(2, 1 + height, 0), 1, 2).placement.velocity = velocity;
       ContactScene ball(scene, 1);
-      ASSERT_EQ(ball.contacts.points.size(), 1u);
+      // What is at rest so far above the ground is out of reach.
+      const bool is_near = height < 0.01 || !velocity.isZero(0);
+      ASSERT_EQ(ball.contacts.points.size(), is_near ? 1u : 0u);
+      if (!is_near) continue;
       find_speculative_targets(dt, OrientationUpdate::exact, ball.graph, ball.bodies, ball.contacts);
       EXPECT_NEAR(ball.contacts.points[0].target, -std::max(height, 0.0) / dt, 1e-12);
     }
