@@ -151,10 +151,10 @@ TEST(EverydayRigidTiles, GapsAndLowerTilesThrowNothing) {
   test::record_margin("most_hop_in_sizes", max_hop, "each below 0.02");
 }
 
-// Bodies that meet the second tile in other places of a step than above. The first two were thrown up by an
-// eighth of their radius: the fall of the step was taken to lead the ball onto the edge of the second tile,
-// though the first one holds it up. The box met the rims of a narrow gap in a direction that leaned by 16
-// degrees, pucks met the side of the second tile below their rim, and the fast puck tipped over a single
+// Bodies that meet the second tile in other places of a step than above. The first two were thrown up by more
+// than half of their radius: the fall of the step was taken to lead the ball onto the edge of the second
+// tile, though the first one holds it up. The box met the rims of a narrow gap in a direction that leaned by
+// 16 degrees, pucks met the side of the second tile below their rim, and the fast puck tipped over a single
 // point in the step in which it left the first tile.
 TEST(EverydayRigidTiles, BodiesPassInAnyPlaceOfAStep) {
   struct Case {
