@@ -38,7 +38,7 @@ Quat rotation_over(const RigidState& state, double dt, OrientationUpdate update)
 
 Pose evolved_pose(const RigidState& state, double dt, OrientationUpdate update) {
   Pose pose;
-  pose.position = state.pose.position + dt * state.velocity;
+  pose.position = state.pose.position + state.delay + dt * state.velocity;
   pose.orientation = (rotation_over(state, dt, update) * state.pose.orientation).normalized();
   return pose;
 }

@@ -23,6 +23,9 @@ struct RigidState {
   Vec3 angular_velocity = Vec3::Zero();  ///< rad/s, world axes
   Vec3 angular_momentum = Vec3::Zero();  ///< kg m^2/s, world axes, about the center of mass
   Mat3 inverse_inertia = Mat3::Zero();   ///< 1/(kg m^2), world axes; zero for all but dynamic bodies
+  /// m: what impacts within the step change of the place at its end, beyond what the velocities do, see
+  /// sim/contact/response/impact_delay.h. Zero between steps.
+  Vec3 delay = Vec3::Zero();
 };
 
 /// The properties of one rigid body, which never change during a run.
@@ -91,7 +94,7 @@ void update_orientation_dependents(RigidState& state, const RigidProperties& pro
 /// It recomputes the inverse inertia in world axes as well.
 void set_angular_velocity(RigidState& state, const RigidProperties& properties, const Vec3& angular_velocity);
 
-/// Returns the pose after `dt` (s) with the velocities of `state`.
+/// Returns the pose after `dt` (s) with the velocities of `state`, with the delay of its impacts.
 ///
 /// Dynamic bodies turn by the rule `update`, all others at their constant rate.
 Pose evolved_pose(const RigidState& state, double dt, OrientationUpdate update);

@@ -12,6 +12,8 @@ void advance_position(World& world, StepContext& context) {
   for (std::size_t i = 0; i < rigid.size(); ++i) {
     if (!rigid.properties[i].is_dynamic()) continue;
     rigid.state[i].pose = evolved_pose(rigid.state[i], context.dt, world.settings.orientation);
+    context.rigid_n[i].delay = rigid.state[i].delay;  // for the ledger
+    rigid.state[i].delay.setZero();
     update_orientation_dependents(rigid.state[i], rigid.properties[i]);
   }
   for (const KinematicStep& step : context.kinematic) rigid.state[step.body].pose = step.end.pose;

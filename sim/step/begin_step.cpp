@@ -34,6 +34,7 @@ void restore_step_start(World& world) {
   world.bodies.particles.x = context.x_n;
   world.bodies.particles.v = context.v_n.particle;
   world.bodies.rigid.state = context.rigid_n;
+  for (RigidState& state : world.bodies.rigid.state) state.delay.setZero();
 }
 
 }  // namespace duet

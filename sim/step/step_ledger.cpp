@@ -25,7 +25,8 @@ Vec3 moment_in_the_middle(const World& world, Linear&& linear) {
   const RigidBodies& rigid = world.bodies.rigid;
   for (std::size_t i = 0; i < rigid.size(); ++i) {
     if (!rigid.properties[i].is_dynamic()) continue;
-    const Vec3 back = (world.context.rigid_n[i].pose.position - rigid.state[i].pose.position) / 2;
+    const RigidState& start = world.context.rigid_n[i];
+    const Vec3 back = (start.pose.position + start.delay - rigid.state[i].pose.position) / 2;
     moment += back.cross(linear(i));
   }
   return moment;
@@ -81,6 +82,12 @@ StepLedger::Balance StepLedger::measure(const World& world, Stage stage) {
     balance.momentum.angular += moment_in_the_middle(world, [&](std::size_t i) {
       return Vec3(world.bodies.rigid.properties[i].mass * world.bodies.rigid.state[i].velocity);
     });
+  if (stage == Stage::collisions) {  // the delays count as a part of the places, where the impulses act
+    const RigidBodies& rigid = world.bodies.rigid;
+    for (std::size_t i = 0; i < rigid.size(); ++i)
+      balance.momentum.angular +=
+          rigid.state[i].delay.cross(rigid.properties[i].mass * rigid.state[i].velocity);
+  }
   return balance;
 }
 
@@ -171,7 +178,9 @@ Momentum StepLedger::external(const World& world, Stage stage, const std::vector
     case Stage::applied_forces:
       return gain;
     case Stage::collisions:
-      return contact_impulse(bodies, context.contacts, context.collision_scratch.pairs);
+      total = contact_impulse(bodies, context.contacts, context.collision_scratch.pairs);
+      total.angular += context.collision_scratch.delayed_moment;
+      return total;
     case Stage::collided_joints:
     case Stage::control:
     case Stage::control_at_end:

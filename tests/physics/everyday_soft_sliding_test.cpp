@@ -2,6 +2,7 @@
 // body on.
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "tests/support/full.h"
 #include "tests/support/margin.h"
@@ -210,6 +211,41 @@ TEST(EverydaySoftSliding, WhatRollsGetsNoFaster) {
   look_at(capsule, 0.15, 0.5, coarse, 0.01, 1);
   look_at(cylinder, 0.2, 0.5, coarse, 0.01, 1);
   look_at(ball, 0.2, 0.5, fine, 3e-4, 1);
+}
+
+// Without friction the normal forces on a round body pass through its axis, so that its spin stays. In
+// implicit steps of a tenth of its size, a capsule kept 0.76 of its speed with friction, and gained a fifth
+// of its spin without.
+TEST(EverydaySoftSliding, WhatRollsInImplicitStepsKeepsItsSpeed) {
+  constexpr int frames = 8;
+  const scene::Shape shapes[] = {{.kind = scene::ShapeKind::sphere, .radius = 0.1},
+                                 {.kind = scene::ShapeKind::capsule, .radius = 0.1, .length = 0.2},
+                                 {.kind = scene::ShapeKind::cylinder, .radius = 0.1, .length = 0.3}};
+  test::Cases cases(3);  // 4 of 12
+  for (const scene::Shape& shape : shapes)
+    for (const double friction : {0.5, 0.0})
+      for (const double modulus : {1e6, 1e7}) {
+        if (!cases.takes()) continue;
+        SCOPED_TRACE(
+            fmt::format("shape {}, friction {}, {} Pa", static_cast<int>(shape.kind), friction, modulus));
+        scene::Scene scene = slab(Vec3i(12, 2, 3), modulus, 1);
+        scene.solver.integration = scene::Integration::implicit;
+        scene::RigidBody& body = test::add_ball(scene, "body", Vec3(-1, 0.1, 0.03), 0.1, 1);
+        body.shape = shape;
+        body.mass.reset();
+        body.density = 1000;
+        body.friction = friction;
+        if (shape.kind != scene::ShapeKind::sphere)
+          body.placement.orientation = exponential(Vec3(std::numbers::pi / 2, 0, 0));
+        body.placement.velocity = Vec3(2, 0, 0);
+        body.placement.angular_velocity = Vec3(0, 0, -20);
+        Simulation simulation(scene, test::plan(scene));
+        for (int frame = 0; frame < frames; ++frame) simulation.advance_frame();
+        const RigidState& state = simulation.world().bodies.rigid.state.front();
+        test::expect_below(std::abs(state.velocity.x() - 2) / 2, 5e-3, "change of the speed, 1");
+        test::expect_below(std::abs(state.velocity.z()) / 2, 5e-3, "speed across, 1");
+        test::expect_below(std::abs(state.angular_velocity.z() + 20) / 20, 5e-3, "change of the spin, 1");
+      }
 }
 
 }  // namespace

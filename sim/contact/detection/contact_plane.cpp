@@ -20,6 +20,7 @@ constexpr double
     // Relative to the step `wall_step` along a wall: the surface goes on if it is no farther off the wall's
     // plane than `on`, and has ended if it is farther off than `off`.
     on = 0.1, off = 0.5;
+constexpr double along_normal = 1 - 1e-12;  // least cosine of the angle between two directions: rounding
 constexpr double same_wall = 0.99;  // least cosine of the angle between normals that are those of one plane
 
 // Reads a shape from its level set, which is fast.
@@ -58,6 +59,8 @@ ContactPlane plane_of(const Shape& shape, const Vec3& x, const Vec3& inside) {
   plane.gap = distance - plane.normal.dot(way);
   const bool is_opposite =
       std::abs(shape.distance(x - plane.gap * plane.normal)) <= foot_tolerance * way.norm();
+  // A ball that comes from outside, with its center at `inside`: its distance is that of the center.
+  if (is_opposite && distance > 0 && plane.normal.dot(way) >= along_normal * way.norm()) return plane;
   ContactPlane nearest;
   nearest.gap = shape.distance(x);
   const double level = wall_step * way.norm();

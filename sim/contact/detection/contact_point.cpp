@@ -336,6 +336,12 @@ Touch predicted_touch(const Bodies& bodies, const std::vector<Pose>& predicted, 
   return touch(bodies, contact, pose, x);
 }
 
+double delayed_gap(const Bodies& bodies, const ContactPoint& contact) {
+  const RigidState &host = bodies.rigid.state[as_index(contact.host)],
+                   &guest = bodies.rigid.state[as_index(contact.guest_rigid)];
+  return contact.gap + contact.normal.dot(guest.delay - host.delay);
+}
+
 double gap_now(const Bodies& bodies, const ContactPoint& contact) { return touch(bodies, contact).gap; }
 
 namespace {

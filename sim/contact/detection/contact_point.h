@@ -212,6 +212,9 @@ Touch predicted_touch(const Bodies& bodies, const std::vector<Pose>& predicted, 
 /// and on edges of deformable guests along with the host, sets the path velocity to zero, and drops a plane
 /// that the contact met ahead.
 void update_geometry(const Bodies& bodies, ContactPoint& contact);
+/// Returns ContactPoint::gap of a rigid pair with the delays of its bodies, m: the gap at the beginning of
+/// the step on the straight paths that lead to its end.
+double delayed_gap(const Bodies& bodies, const ContactPoint& contact);
 /// Returns the gap of a contact at the present positions, m.
 double gap_now(const Bodies& bodies, const ContactPoint& contact);
 

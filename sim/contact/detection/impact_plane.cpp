@@ -212,6 +212,32 @@ bool is_linked(const Bodies& bodies, int body) {
   return as_index(body) < bodies.linked.size() && bodies.linked[as_index(body)] >= 0;
 }
 
+// Returns whether two dynamic balls meet. However little the line of their centers turns on the way, an
+// impulse beside it would spin them.
+bool are_moving_balls(const Bodies& bodies, const ContactPoint& contact) {
+  const auto is_one = [&](int body) {
+    const RigidProperties& properties = bodies.rigid.properties[as_index(body)];
+    return properties.is_dynamic() && properties.shape.kind == LevelSet::Kind::sphere;
+  };
+  return is_one(contact.host) && is_one(contact.guest_rigid);
+}
+
+// Returns where two balls touch first, or nothing if they pass each other. With the distance d of the guest's
+// center from the host's, which changes by w in the step, and the distance r at which they touch:
+//   |d + s w|^2 = r^2.
+std::optional<Meeting> meeting_of_balls(const Path& path, const ContactPoint& contact) {
+  const auto distance = [&](double s) -> Vec3 {
+    return path.pose(contact.guest_rigid, s).position - path.pose(contact.host, s).position;
+  };
+  const Vec3 d = distance(0), w = distance(1) - d;
+  const double r = d.norm() - contact.gap, apart = d.squaredNorm() - r * r;
+  const double approach = -d.dot(w), root = approach * approach - w.squaredNorm() * apart;
+  if (!(approach > 0 && root >= 0)) return {};
+  const double s = apart / (approach + std::sqrt(root));
+  if (s > 1) return {};
+  return Meeting{s, path.at(s)};
+}
+
 // Returns where the path first leads deeper than `depth` (m), or its end. Returns nothing if the contact can
 // keep its plane: because it is not reached even if the bodies fall by `fall` (m), because it touches already
 // and does not end level, or because an edge contact that touches still touches its plane.
@@ -258,7 +284,10 @@ void look_ahead(const Bodies& bodies, const Path& path, double dt, double fall, 
   const double length = dt * velocity.norm(), depth = level_depth(bodies, contact);
   contact.stays = contact.gap <= depth && contact.normal.dot(velocity) >= -depth / dt;
   if (contact.gap < -depth || length < depth || (contact.gap > length && std::isfinite(contact.gap))) return;
-  const std::optional<Meeting> found = meeting_of(bodies, path, length, depth, fall, contact);
+  const bool are_free = !is_linked(bodies, contact.host) && !is_linked(bodies, contact.guest_rigid);
+  const bool are_balls = are_free && contact.gap > 0 && are_moving_balls(bodies, contact);
+  const std::optional<Meeting> found =
+      are_balls ? meeting_of_balls(path, contact) : meeting_of(bodies, path, length, depth, fall, contact);
   if (!found) return;
   const Meeting& meeting = *found;
   const bool is_apart = contact.gap > depth, ends_level = std::abs(meeting.touch.gap) <= depth;
@@ -269,9 +298,8 @@ void look_ahead(const Bodies& bodies, const Path& path, double dt, double fall, 
     contact.gap = std::numeric_limits<double>::infinity();
     return;
   }
-  const bool takes_all =
-      is_apart && !is_linked(bodies, contact.host) && !is_linked(bodies, contact.guest_rigid);
-  if (meeting.touch.normal.dot(contact.normal) > (takes_all ? same_plane_normal : same_face)) return;
+  const double same = is_apart && are_free ? same_plane_normal : same_face;
+  if (!are_balls && meeting.touch.normal.dot(contact.normal) > same) return;
   if (keeps_plane(bodies.rigid.properties[as_index(contact.guest_rigid)].shape, contact)) {
     const bool keeps = meeting.time < 1 || is_round_at(bodies, path, meeting, contact);
     if (keeps && path.gap_to_plane(meeting.time) > -plane_tolerance * depth) return;
@@ -309,7 +337,8 @@ Touch touch_ahead(const Bodies& bodies, const ContactPoint& contact, double dt, 
   const Vec3 x = guest.pose.position + contact.guest_arm;
   // The place at which a round body touches does not turn with it.
   const Vec3 way = dt * (contact.is_sample() ? point_velocity(guest, contact.guest_arm) : guest.velocity);
-  return {x + way, contact.normal, contact.gap + dt * contact.normal.dot(velocity)};
+  return {x + guest.delay + way, contact.normal,
+          delayed_gap(bodies, contact) + dt * contact.normal.dot(velocity)};
 }
 
 }  // namespace duet

@@ -83,7 +83,8 @@ void visit_near(const RigidBodies& rigid, const BodyPair& pair, double margin, V
   const RigidProperties& guest = rigid.properties[as_index(pair.guest_rigid)];
   const Vec3 offset = host.to_body * (pose.position - host.center);
   const Pose in_host = in_host_of(rigid, pair);
-  for (int k = 0; k < support_point_count(guest.shape); ++k) {
+  const int support_points = is_told_by_ball(host.shape, guest.shape) ? 0 : support_point_count(guest.shape);
+  for (int k = 0; k < support_points; ++k) {
     const ShapeSupportPoint deepest = support_point(guest.shape, k, in_host, host.shape);
     const double gap = host.shape.distance(deepest.position);
     if (gap < margin)

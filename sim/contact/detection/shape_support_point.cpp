@@ -125,6 +125,11 @@ bool ignores_samples(const LevelSet& host, const LevelSet& guest) {
          (host.kind == LevelSet::Kind::sphere && guest.kind != LevelSet::Kind::grid);
 }
 
+bool is_told_by_ball(const LevelSet& host, const LevelSet& guest) {
+  return host.kind == LevelSet::Kind::sphere && guest.kind != LevelSet::Kind::sphere &&
+         support_point_count(guest) > 0;
+}
+
 bool is_beside_side(const LevelSet& host, const Vec3& x) {
   if (host.kind != LevelSet::Kind::cylinder) return false;
   const double beyond_end = std::abs(x.y()) - host.half_length;

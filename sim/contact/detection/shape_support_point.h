@@ -45,6 +45,10 @@ bool rolls_over_samples(const LevelSet& host);
 /// tori, which touch at the places on their center line that are nearest to the guest (edge_contacts.h), and
 /// for balls if the distance from the guest is exact: their support point is all that touches.
 bool ignores_samples(const LevelSet& host, const LevelSet& guest);
+/// Returns whether the support points of the guest are left to the ball that it meets: the pair in which the
+/// ball is the guest has the exact nearest point, since the distance of the ball's center from a round shape
+/// is exact. A second point beside it would give the ball a spin.
+bool is_told_by_ball(const LevelSet& host, const LevelSet& guest);
 /// Returns whether the surface of a cylinder nearest to `x` (m, body space) is its side, which touches as a
 /// capsule does. Returns false for all other shapes.
 bool is_beside_side(const LevelSet& host, const Vec3& x);

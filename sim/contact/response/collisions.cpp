@@ -11,7 +11,8 @@
 #include "sim/contact/detection/friction.h"
 #include "sim/contact/detection/impact_plane.h"
 #include "sim/contact/detection/sample_culling.h"
-#include "sim/contact/response/contact_update.h"
+#include "sim/contact/response/impact_delay.h"
+#include "sim/contact/response/impact_solve.h"
 
 namespace duet {
 namespace {
@@ -32,11 +33,6 @@ constexpr double almost_level = 10;
 // contact solve left over. A larger value would leave weak impacts to contact, which does not bounce.
 constexpr double min_impact = 1e-3;
 constexpr int rounds_per_iteration = 4;  // rounds of rigid impacts for each iteration of CollisionSettings
-constexpr int max_impact_sweeps = 200;   // sweeps over the pairs of an impact
-constexpr int pair_sweeps = 8;           // passes to and fro over the points of a pair at each visit
-// Largest change of a relative velocity in the last sweep, as a fraction of the fastest approach of the
-// island.
-constexpr double impact_precision = 1e-9;
 
 // One call of process_collisions().
 class Collider {
@@ -49,13 +45,16 @@ class Collider {
         settings_(settings),
         linked_(linked),
         contacts_(contacts),
-        scratch_(scratch) {
+        scratch_(scratch),
+        impact_(bodies, difference, dt, linked, contacts, scratch) {
     scratch_.predicted.resize(bodies.rigid.size());
     scratch_.stale.assign(bodies.rigid.size(), 1);
     scratch_.version.assign(bodies.rigid.size() + bodies.deformable.size(), 0);
     scratch_.seen.assign(contacts.pairs.size(), {});
     scratch_.takes_part.assign(contacts.points.size(), 0);
     scratch_.time.resize(contacts.points.size());
+    scratch_.acts_later.assign(contacts.points.size(), 0);
+    scratch_.delayed_moment.setZero();
     scratch_.velocity_before.resize(contacts.points.size());
     scratch_.impulse_before.resize(contacts.points.size());
     scratch_.is_hit.assign(contacts.pairs.size(), 0);
@@ -76,13 +75,33 @@ class Collider {
       stop_if_asked();
       predict();
       const bool impact = settings_.rigid_pairs && find_impact();
-      if (impact) apply_impact();
+      if (impact) impact_.run();
       const bool changed = deformable && round < settings_.iterations && collide_deformables();
       if (!impact && !changed) break;
     }
+    put_arms_back();
   }
 
  private:
+  // Lets all arms lead to the places at the beginning of the step again, as the contact solve needs them.
+  void put_arms_back() {
+    const std::vector<RigidState>& state = bodies_.rigid.state;
+    if (std::all_of(state.begin(), state.end(), [](const RigidState& body) { return body.delay.isZero(0); }))
+      return;
+    for (std::size_t i = 0; i < contacts_.points.size(); ++i) {
+      ContactPoint& contact = contacts_.points[i];
+      if (contact.is_rigid_pair() && scratch_.acts_later[i])
+        put_at_start(bodies_, contact);
+      else if (const Pose& host = state[as_index(contact.host)].pose; !contact.is_rigid_pair())
+        contact.host_arm = place_of(contact) - host.position;
+    }
+  }
+
+  // Returns the place of a deformable guest's point, m.
+  Vec3 place_of(const ContactPoint& contact) const {
+    return weighted(surface_point(bodies_, contact), bodies_.particles.x);
+  }
+
   // Finds for each rigid body the part of D that nothing holds up: D without its component towards what the
   // body touches, if that is fixed or held up itself. Bodies that rest on others do not fall in the step,
   // though D says so.
@@ -150,7 +169,8 @@ class Collider {
                guest_held = scratch_.fall[g] - difference_.rigid[g];
     if (host_held.isZero(0) && guest_held.isZero(0)) return gap;
     if (contact.meets_ahead)
-      return touch_ahead(bodies_, contact, dt_, change_by_forces(contact) + guest_held - host_held).gap;
+      return touch_ahead(bodies_, contact, dt_, impact_.change_by_forces(contact) + guest_held - host_held)
+          .gap;
     return touch(bodies_, contact.host, pose_after(contact.host, scratch_.fall[h]), contact.guest_rigid,
                  pose_after(contact.guest_rigid, scratch_.fall[g]), contact.guest_point, contact.edge)
         .gap;
@@ -158,7 +178,7 @@ class Collider {
 
   // Returns how the guest's point of a rigid pair meets the host at the predicted positions.
   Touch predicted_touch(const ContactPoint& contact) {
-    if (contact.meets_ahead) return touch_ahead(bodies_, contact, dt_, change_by_forces(contact));
+    if (contact.meets_ahead) return touch_ahead(bodies_, contact, dt_, impact_.change_by_forces(contact));
     return touch(bodies_, contact.host, predicted_pose(contact.host), contact.guest_rigid,
                  predicted_pose(contact.guest_rigid), contact.guest_point, contact.edge);
   }
@@ -177,28 +197,20 @@ class Collider {
     return touch(bodies_, contact, predicted_pose(contact.host), x).gap;
   }
 
-  // Returns the part of D in the velocity of the guest relative to the host, m/s: what forces and prescribed
-  // motions of the step add.
-  Vec3 change_by_forces(const ContactPoint& contact) const {
-    const auto change = [&](int body, const Vec3& arm) -> Vec3 {
-      const auto b = as_index(body);
-      const Vec3& rotation = difference_.rotation[b];
-      const Vec3 angular = bodies_.rigid.properties[b].is_dynamic()
-                               ? Vec3(bodies_.rigid.state[b].inverse_inertia * rotation)
-                               : rotation;
-      return difference_.rigid[b] + angular.cross(arm);
-    };
-    Vec3 relative = -change(contact.host, contact.host_arm);
-    if (contact.is_rigid_pair())
-      relative += change(contact.guest_rigid, contact.guest_arm);
-    else
-      relative += weighted(surface_point(bodies_, contact), difference_.particle);
-    return relative;
-  }
-
   // Returns the acceleration of the guest towards the host by the forces and motions of the step, m/s^2.
   double approach_acceleration(const ContactPoint& contact) const {
-    return -2 / dt_ * change_by_forces(contact).dot(contact.normal);
+    return -2 / dt_ * impact_.change_by_forces(contact).dot(contact.normal);
+  }
+
+  // Returns whether the impulses of a rigid pair's contact act when the bodies meet, see impact_delay.h.
+  bool acts_later(const ContactPoint& contact) const {
+    const auto is_linked = [&](int body) { return linked_ && linked_->contains(body); };
+    return is_delayed(bodies_, contact) && !is_linked(contact.host) && !is_linked(contact.guest_rigid);
+  }
+
+  // Returns when the bodies of a rigid pair meet, s from the beginning of the step.
+  double meeting_time(const ContactPoint& contact, double normal_velocity) const {
+    return std::clamp(delayed_gap(bodies_, contact) / -normal_velocity, 0.0, dt_);
   }
 
   // Returns the normal velocity after a rebound, m/s:
@@ -221,25 +233,6 @@ class Collider {
     const double rounding = approach_tolerance * contact.precision;
     return normal_velocity < -rounding &&
            normal_velocity < rebound_velocity(contact, normal_velocity) - rounding;
-  }
-
-  // Notes that an impulse has changed the velocity of a rigid body, or of its jointed group.
-  void mark_changed(int body) {
-    const auto mark = [&](std::size_t b) {
-      scratch_.stale[b] = 1;
-      ++scratch_.version[b];
-    };
-    if (linked_ && linked_->contains(body))
-      linked_->for_each_member(body, mark);
-    else if (bodies_.rigid.properties[as_index(body)].is_dynamic())
-      mark(as_index(body));
-  }
-
-  void apply(const ContactPoint& contact, const Vec3& impulse) {
-    if (linked_ && linked_->takes_part(contact))
-      linked_->apply_impulse(bodies_, contact, impulse);
-    else
-      apply_impulse(bodies_, contact, impulse);
   }
 
   // Brings all predicted poses up to date.
@@ -305,13 +298,14 @@ class Collider {
       const double gap = gap_of_held(contact, predicted.gap);
       if (gap >= near) continue;
       part = 1;
-      const double time = std::max(contact.gap, 0.0) / -normal_velocity;
+      const double time = meeting_time(contact, normal_velocity);
       scratch_.time[as_index(i)] = time;
       if (gap < 0) first = std::min(first, time);
       contact.target = rebound_velocity(contact, normal_velocity);
+      scratch_.acts_later[as_index(i)] = acts_later(contact);
       scratch_.velocity_before[as_index(i)] = velocity;
     }
-    for_each_point(pair, [&](std::size_t i) {
+    impact_.for_each_point(pair, [&](std::size_t i) {
       const ContactPoint& contact = contacts_.points[i];
       const double approach = -scratch_.velocity_before[i].dot(contact.normal);
       const double at_once =
@@ -326,129 +320,6 @@ class Collider {
     for (ContactPair& pair : contacts_.pairs) pair.collided |= pair.guest_rigid >= 0;
   }
 
-  template <class Visit>
-  void for_each_point(const ContactPair& pair, Visit&& visit) {
-    for (int i = pair.begin; i < pair.end; ++i)
-      if (scratch_.takes_part[as_index(i)] != 0) visit(as_index(i));
-  }
-
-  // Finds and applies the impulses of all points of the impact together, by Gauss-Seidel sweeps. The
-  // tolerance of each island is a fraction of its fastest approach.
-  void apply_impact() {
-    find_islands();
-    for (const int p : scratch_.impact) {
-      CollisionScratch::Island& island = scratch_.islands[island_of(contacts_.pairs[as_index(p)])];
-      for_each_point(contacts_.pairs[as_index(p)], [&](std::size_t i) {
-        const double speed = -scratch_.velocity_before[i].dot(contacts_.points[i].normal);
-        island.tolerance = std::max(island.tolerance, impact_precision * speed);
-        scratch_.impulse_before[i] = contacts_.points[i].impulse;
-        contacts_.points[i].impulse.setZero();
-      });
-    }
-    scratch_.impact_sweeps.build(bodies_, contacts_, scratch_.impact);
-    const auto visit = [&](int p) {
-      const CollisionScratch::Island& island = scratch_.islands[scratch_.island[as_index(p)]];
-      if (island.multipliers_final) return 0.0;
-      const double change = update_pair(contacts_.pairs[as_index(p)], island.tolerance);
-      return scratch_.change[as_index(p)] = change / island.tolerance;
-    };
-    scratch_.impact_sweeps.repeat(max_impact_sweeps, 1, visit, [&] { settle_islands(); });
-    keep_energy();
-    for (const int p : scratch_.impact) {
-      const ContactPair& pair = contacts_.pairs[as_index(p)];
-      for_each_point(pair, [&](std::size_t i) { contacts_.points[i].impulse += scratch_.impulse_before[i]; });
-      mark_changed(pair.host);
-      mark_changed(pair.guest_rigid);
-    }
-  }
-
-  std::size_t island_of(const ContactPair& pair) {
-    const bool host_moves = bodies_.rigid.properties[as_index(pair.host)].is_dynamic();
-    return as_index(scratch_.joined.first(host_moves ? pair.host : pair.guest_rigid));
-  }
-
-  // Finds the islands of the impact: dynamic bodies that its pairs and jointed groups connect.
-  void find_islands() {
-    scratch_.joined.reset(bodies_.rigid.size());
-    for (std::size_t b = 0; linked_ && b < bodies_.linked.size(); ++b)
-      if (bodies_.linked[b] >= 0) scratch_.joined.join(static_cast<int>(b), bodies_.linked[b]);
-    for (const int p : scratch_.impact) {
-      const ContactPair& pair = contacts_.pairs[as_index(p)];
-      if (bodies_.rigid.properties[as_index(pair.host)].is_dynamic() &&
-          bodies_.rigid.properties[as_index(pair.guest_rigid)].is_dynamic())
-        scratch_.joined.join(pair.host, pair.guest_rigid);
-    }
-    scratch_.islands.assign(bodies_.rigid.size(), {});
-    scratch_.island.resize(contacts_.pairs.size());
-    scratch_.change.resize(contacts_.pairs.size());
-    for (const int p : scratch_.impact)
-      scratch_.island[as_index(p)] = island_of(contacts_.pairs[as_index(p)]);
-  }
-
-  // Marks the islands as settled whose last sweep changed no relative velocity by more than the tolerance.
-  void settle_islands() {
-    for (const int p : scratch_.impact) scratch_.islands[scratch_.island[as_index(p)]].largest = 0;
-    for (const int p : scratch_.impact) {
-      double& largest = scratch_.islands[scratch_.island[as_index(p)]].largest;
-      largest = std::max(largest, scratch_.change[as_index(p)]);
-    }
-    for (const int p : scratch_.impact) {
-      CollisionScratch::Island& island = scratch_.islands[scratch_.island[as_index(p)]];
-      island.multipliers_final = island.largest < 1;
-    }
-  }
-
-  // Updates the points of a pair in passes to and fro. Returns the largest change of a relative velocity in
-  // the first pass, m/s.
-  double update_pair(const ContactPair& pair, double tolerance) {
-    double first = 0;
-    for (int sweep = 0; sweep < pair_sweeps; ++sweep) {
-      double largest = 0;
-      for (int k = pair.begin; k < pair.end; ++k) {
-        const auto i = as_index(sweep % 2 == 0 ? k : pair.end - 1 - (k - pair.begin));
-        if (scratch_.takes_part[i] == 0) continue;
-        ContactPoint& contact = contacts_.points[i];
-        const Vec3 total = updated_impulse(contact, contact.response, relative_velocity(bodies_, contact));
-        const Vec3 change = total - contact.impulse;
-        apply(contact, change);
-        contact.impulse = total;
-        largest = std::max(largest, (contact.response.K * change).norm());
-      }
-      if (sweep == 0) first = largest;
-      if (largest < tolerance) break;
-    }
-    return first;
-  }
-
-  // Scales the impulses j of each island so that the impact adds no energy. The impulses s j change the
-  // energy by
-  //   s a + s^2 b,  a = sum j . u-,  b = sum j . (u+ - u-) / 2,
-  // and s is the largest value in [0, 1] at which this is not positive. With friction, or with different
-  // coefficients of restitution in one impact, Moreau's law can add energy.
-  void keep_energy() {
-    for (const int p : scratch_.impact) {
-      const ContactPair& pair = contacts_.pairs[as_index(p)];
-      CollisionScratch::Island& work = scratch_.islands[scratch_.island[as_index(p)]];
-      for_each_point(pair, [&](std::size_t i) {
-        const ContactPoint& contact = contacts_.points[i];
-        const Vec3& before = scratch_.velocity_before[i];
-        work.linear += contact.impulse.dot(before);
-        work.quadratic += contact.impulse.dot(relative_velocity(bodies_, contact) - before) / 2;
-      });
-    }
-    for (const int p : scratch_.impact) {
-      const ContactPair& pair = contacts_.pairs[as_index(p)];
-      const CollisionScratch::Island& work = scratch_.islands[scratch_.island[as_index(p)]];
-      if (work.linear + work.quadratic <= 0) continue;
-      const double most = std::clamp(-work.linear / work.quadratic, 0.0, 1.0);
-      for_each_point(pair, [&](std::size_t i) {
-        ContactPoint& contact = contacts_.points[i];
-        apply(contact, (most - 1) * contact.impulse);
-        contact.impulse *= most;
-      });
-    }
-  }
-
   // Collides one point of a deformable body, whose relative velocity is `velocity` (m/s).
   void collide(const ContactPair& pair, ContactPoint& contact, const Vec3& velocity) {
     if (contact.response.normal_mass == 0) return;  // joints leave no motion along the normal
@@ -456,9 +327,9 @@ class Collider {
     const Vec3 wanted =
         friction_impulse({contact.normal, contact.response, contact.friction}, velocity, target);
     const Vec3 impulse = limit_energy(contact.response.K, velocity, wanted);
-    apply(contact, impulse);
+    impact_.apply(contact, impulse);
     contact.impulse += impulse;
-    mark_changed(contact.host);
+    impact_.mark_changed(contact.host);
     ++scratch_.version[guest_node(bodies_, pair)];
   }
 
@@ -483,6 +354,9 @@ class Collider {
       ContactPoint& contact = contacts_.points[as_index(i)];
       if (predicted_distance(contact) >= inside_tolerance * contact.precision) continue;
       pair.collided = true;
+      const RigidState& host = bodies_.rigid.state[as_index(contact.host)];
+      if (!host.delay.isZero(0))  // the arm leads from where the host's path to the end of the step begins
+        contact.host_arm = place_of(contact) - host.pose.position - host.delay;
       const Vec3 velocity = relative_velocity(bodies_, contact);
       if (!collides(contact, velocity)) continue;
       collide(pair, contact, velocity);
@@ -498,6 +372,7 @@ class Collider {
   ArticulatedResponse* linked_;
   ContactSet& contacts_;
   CollisionScratch& scratch_;
+  ImpactSolve impact_;
 };
 
 }  // namespace

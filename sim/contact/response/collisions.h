@@ -2,6 +2,7 @@
 // 2003). Unlike in these, the impulses of all points that meet at once are found together.
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "sim/base/disjoint_sets.h"
@@ -41,6 +42,10 @@ struct CollisionScratch {
       takes_part;  ///< For each contact point: whether it takes part in the impact of this round.
   /// For each contact point that takes part: when it meets, s from the beginning of the step.
   std::vector<double> time;
+  /// For each contact point that takes part: whether its impulse acts when it meets, see impact_delay.h.
+  std::vector<char> acts_later;
+  /// kg m^2/s: what bodies that are not dynamic have given by such impulses, see delayed_moment().
+  Vec3 delayed_moment = Vec3::Zero();
   std::vector<Vec3> velocity_before,  ///< For each contact point: relative velocity before the impact, m/s.
       impulse_before;                 ///< For each contact point: its impulse of earlier rounds, N s.
   std::vector<char> is_hit;           ///< For each pair: whether it takes part in the impact.
@@ -52,7 +57,9 @@ struct CollisionScratch {
     double tolerance = 0;  ///< Largest change of a relative velocity in a sweep that ends the sweeps, m/s.
     double largest = 0;    ///< Largest change of a relative velocity in the last sweep, over `tolerance`, 1.
     bool multipliers_final = false;  ///< True if `largest` is below 1, so that sweeps pass over the island.
-    double linear = 0,               ///< Change of kinetic energy by the impact: linear term in its scale, J.
+    /// When the impulses that act later act, s from the beginning of the step.
+    double meeting = std::numeric_limits<double>::infinity();
+    double linear = 0,  ///< Change of kinetic energy by the impact: linear term in its scale, J.
         quadratic = 0;  ///< Change of kinetic energy by the impact: quadratic term in its scale, J.
   };
   std::vector<Island> islands;      ///< For each rigid body; used at the first body of each island.

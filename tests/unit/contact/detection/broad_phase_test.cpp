@@ -298,8 +298,8 @@ using PointName = std::tuple<int, int, int>;  // host, rigid guest, point
 
 // Returns the points that would lie inside of a body at the end of the step if nothing pushed them. Contact
 // has to start from all of these, except points on the far side of a body that goes in as a whole, points
-// beside an edge (their gap is infinite), and samples that the support points of a round host or guest stand
-// for.
+// beside an edge (their gap is infinite), samples that the support points of a round host or guest stand for,
+// and support points that a ball stands for.
 std::set<PointName> points_inside_after(const Bodies& bodies, double dt) {
   const std::vector<RigidState>& state = bodies.rigid.state;
   std::vector<Pose> later;
@@ -313,6 +313,7 @@ std::set<PointName> points_inside_after(const Bodies& bodies, double dt) {
       if (g == h || (!host.is_dynamic() && !guest.is_dynamic())) continue;
       const int samples = static_cast<int>(guest.samples.size());
       for (int i = -support_point_count(guest.shape); i < samples; ++i) {
+        if (i < 0 && is_told_by_ball(host.shape, guest.shape)) continue;
         if (i >= 0 && (ignores_samples(host.shape, guest.shape) ||
                        (rolls_over_samples(host.shape) && guest.on_flat[static_cast<std::size_t>(i)] != 0)))
           continue;
