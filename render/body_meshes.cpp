@@ -14,9 +14,9 @@ namespace {
 struct ShadedCorner {
   Vec3f position, normal;
   Vec2f uv;
-  // `strain`: see Surface::strain. `inverted`: 1 at all corners of a triangle that touches an inverted
-  // element, else 0.
-  float strain, inverted;
+  // `value`: Surface::shown or Surface::strain. `inverted`: 1 at all corners of a triangle that touches an
+  // inverted element, which has a negative strain, else 0.
+  float value, inverted;
 };
 static_assert(sizeof(ShadedCorner) == 10 * sizeof(float));
 
@@ -62,7 +62,7 @@ BodyMeshes::BodyMeshes(const Gl& gl)
   shaded_.attribute(corners_, 0, 3, sizeof(ShadedCorner), offsetof(ShadedCorner, position));
   shaded_.attribute(corners_, 1, 3, sizeof(ShadedCorner), offsetof(ShadedCorner, normal));
   shaded_.attribute(corners_, 2, 2, sizeof(ShadedCorner), offsetof(ShadedCorner, uv));
-  shaded_.attribute(corners_, 3, 2, sizeof(ShadedCorner), offsetof(ShadedCorner, strain));
+  shaded_.attribute(corners_, 3, 2, sizeof(ShadedCorner), offsetof(ShadedCorner, value));
   shape_.attribute(positions_, 0, 3, sizeof(Vec3f), 0);
   gl_.BindBuffer(GL_ELEMENT_ARRAY_BUFFER, indices_.id());
 }
@@ -74,7 +74,8 @@ void BodyMeshes::upload(const std::vector<BodySurface>& bodies, const Vec3& orig
   ranges_.clear();
   for (const BodySurface& body : bodies) {
     const Surface& surface = body.surface;
-    DUET_ASSERT(surface.strain.empty() || surface.strain.size() == surface.positions.size());
+    const std::vector<float>& values = surface.shown.empty() ? surface.strain : surface.shown;
+    DUET_ASSERT(values.empty() || values.size() == surface.positions.size());
     Range range;
     range.first_corner = static_cast<int>(corners.size());
     range.corners = 3 * static_cast<int>(surface.triangles.size());
@@ -88,15 +89,13 @@ void BodyMeshes::upload(const std::vector<BodySurface>& bodies, const Vec3& orig
     ranges_.push_back(range);
 
     const std::uint32_t base = static_cast<std::uint32_t>(positions.size());
-    const auto strain = [&](const Corner& c) {
-      return surface.strain.empty() ? 0.0F : surface.strain[as_index(c.position)];
-    };
+    const auto value = [&](const Corner& c) { return values.empty() ? 0.0F : values[as_index(c.position)]; };
     for (const auto& triangle : surface.triangles) {
       const bool inverted =
-          std::any_of(triangle.begin(), triangle.end(), [&](const Corner& c) { return strain(c) < 0; });
+          std::any_of(triangle.begin(), triangle.end(), [&](const Corner& c) { return value(c) < 0; });
       for (const Corner& c : triangle) {
         corners.push_back({place[as_index(c.position)], surface.normals[as_index(c.normal)],
-                           surface.uvs[as_index(c.uv)], strain(c), inverted ? 1.0F : 0.0F});
+                           surface.uvs[as_index(c.uv)], value(c), inverted ? 1.0F : 0.0F});
         indices.push_back(base + static_cast<std::uint32_t>(c.position));
       }
     }

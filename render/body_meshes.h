@@ -35,7 +35,8 @@ class BodyMeshes {
   Vec2 texture_scale(int body) const { return ranges_[static_cast<std::size_t>(body)].texture_scale; }
 
   /// Draws the triangles of a body with unshared vertices. The attributes are 0: position, 1: normal, 2:
-  /// texture coordinates, 3: strain, and 1 at triangles that touch an inverted element, else 0.
+  /// texture coordinates, 3: value shown as a color, and 1 at triangles that touch an inverted element, else
+  /// 0.
   void draw_shaded(int body) const;
   /// Draws the triangles of a body with shared vertices and attribute 0, the position, alone: for shadow
   /// maps.

@@ -38,13 +38,13 @@ std::string remedy(const std::vector<scene::Look>& looks, const std::string& nam
   return fmt::format("add [looks.{}] to the scene{}{}", name, hint.empty() ? "" : "; ", hint);
 }
 
-// Returns a look for strain. It is rough, so that highlights are not taken for strain.
+// Returns a look that shows values. It is rough, so that highlights are not taken for values.
 scene::Look plain_look(const Vec3& color, const Vec3& color2) {
   scene::Look look;
   look.color = color;
   look.color2 = color2;
   look.roughness = 0.8;
-  look.pattern = strain_pattern;
+  look.pattern = value_pattern;
   return look;
 }
 
@@ -63,13 +63,15 @@ void wear_palette(LookTable& table, const io::Manifest& manifest) {
   }
 }
 
-// Adds the two looks for strain and gives the first to all deformable bodies that have a strain.
-void wear_strain(LookTable& table, const io::Manifest& manifest) {
-  table.strain = static_cast<int>(table.looks.size());
-  table.looks.push_back(plain_look(unstrained_color, strained_color));
+// Adds the two looks that show values and gives the first to all deformable bodies that have the quantity.
+// Bodies without elements have no strain and no stress.
+void wear_values(LookTable& table, scene::ColorBy color, const io::Manifest& manifest) {
+  table.of_values = static_cast<int>(table.looks.size());
+  table.looks.push_back(plain_look(low_color, high_color));
   table.looks.push_back(plain_look(inverted_color, inverted_color));
   for (const io::ManifestBody& body : manifest.bodies)
-    if (body.is_deformable() && body.has_strain) table.of_body[body.name] = table.strain;
+    if (body.is_deformable() && (body.has_strain || color == scene::ColorBy::contact))
+      table.of_body[body.name] = table.of_values;
 }
 
 }  // namespace
@@ -78,7 +80,7 @@ LookTable assign_looks(const scene::Scene& scene, const io::Manifest& manifest) 
   LookTable table;
   table.looks.resize(LookTable::ground + 1);
   table.looks.insert(table.looks.end(), scene.looks.begin(), scene.looks.end());
-  // Looks that no scene defines: default, ground, the palette, strained and inverted.
+  // Looks that no scene defines: default, ground, the palette, values and inverted.
   constexpr int own_looks = LookTable::ground + 1 + static_cast<int>(palette.size()) + 2;
   if (scene.looks.size() > static_cast<std::size_t>(max_looks - own_looks))
     throw Error(ExitStatus::usage,
@@ -99,7 +101,7 @@ LookTable assign_looks(const scene::Scene& scene, const io::Manifest& manifest) 
   for (const io::ManifestBody& body : manifest.bodies)
     table.of_body[body.name] = place_of(fmt::format("body `{}`", body.name), body.look);
   wear_palette(table, manifest);
-  if (scene.render.color == scene::ColorBy::strain) wear_strain(table, manifest);
+  if (scene.render.color != scene::ColorBy::look) wear_values(table, scene.render.color, manifest);
   return table;
 }
 

@@ -53,10 +53,10 @@ std::array<float, 16> by_columns(const Mat4& m) {
 
 // Number of a pattern in the shaders; 0: none.
 int pattern_number(const std::string& pattern) {
-  return pattern == "checker"        ? 1
-         : pattern == "stripes"      ? 2
-         : pattern == strain_pattern ? shaders::strain_pattern
-                                     : 0;
+  return pattern == "checker"       ? 1
+         : pattern == "stripes"     ? 2
+         : pattern == value_pattern ? shaders::value_pattern
+                                    : 0;
 }
 
 // Gives a ground without a pattern a faint checker: without one, the motion of a sliding body cannot be seen.
@@ -294,7 +294,7 @@ void SceneRenderer::draw_geometry(const std::vector<int>& looks_of_bodies, const
   gl_.Clear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
   geometry_program_.use();
   geometry_program_.set("supersampling", scene_.render.supersampling);
-  geometry_program_.set("strain_range", static_cast<float>(scene_.render.strain_range));
+  geometry_program_.set("value_range", static_cast<float>(scene_.render.range_of_color()));
   geometry_program_.set("projection", view_.projection(range.x(), range.y()));
   for (int body = 0; body < meshes_.count(); ++body) {
     const int place = looks_of_bodies[static_cast<std::size_t>(body)];

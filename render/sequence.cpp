@@ -18,6 +18,13 @@ namespace {
 constexpr const char* mixed_runs =
     "the folder mixes two runs: simulate the scene anew, or give --out another folder";
 
+// Returns what colors show, in words.
+const char* name_of(scene::ColorBy color) {
+  return color == scene::ColorBy::strain   ? "strain"
+         : color == scene::ColorBy::stress ? "stress"
+                                           : "pressure of contact";
+}
+
 // Returns how the bodies differ from the manifest, in words; empty if they do not.
 std::string difference(const std::vector<io::ManifestBody>& expected,
                        const std::vector<BodySurface>& bodies) {
@@ -71,13 +78,20 @@ std::string SequenceRenderer::backend_name() const { return impl_->context->name
 std::vector<unsigned char> SequenceRenderer::draw(const std::vector<BodySurface>& bodies, double time) {
   const std::string problem = difference(impl_->bodies, bodies);
   if (!problem.empty()) throw FileError("frame", problem, mixed_runs);
-  for (std::size_t i = 0; i < bodies.size(); ++i)
-    if (impl_->looks_of_bodies[i] == impl_->looks.strain && bodies[i].surface.strain.empty())
-      throw FileError("frame", fmt::format("holds no strain of body `{}`", bodies[i].name),
+  const bool is_strain = impl_->render.color == scene::ColorBy::strain;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (impl_->looks_of_bodies[i] != impl_->looks.of_values) continue;
+    const Surface& surface = bodies[i].surface;
+    if ((is_strain ? surface.strain : surface.shown).empty())
+      throw FileError("frame",
+                      fmt::format("holds no {} of body `{}`", name_of(impl_->render.color), bodies[i].name),
                       "the run is from an earlier version: simulate it anew, or leave out render.color");
+  }
   impl_->context->make_current();
   std::vector<unsigned char> picture = impl_->renderer.draw(bodies, impl_->looks_of_bodies, time);
-  if (impl_->looks.strain >= 0) draw_strain_legend(picture, impl_->render.width, impl_->render.height);
+  if (impl_->looks.of_values >= 0)
+    draw_legend(picture, impl_->render.width, impl_->render.height,
+                is_strain ? InvertedSquare::present : InvertedSquare::absent);
   return picture;
 }
 
@@ -86,8 +100,8 @@ void SequenceRenderer::render_frame(const io::RunDirectory& run, int frame, cons
   const std::string problem = difference(impl_->bodies, bodies);
   if (!problem.empty()) throw FileError(run.mesh(frame).string(), problem, mixed_runs);
   // Frames of earlier versions hold the strain in the mesh, and have no file of values.
-  if (impl_->looks.strain >= 0 && std::filesystem::exists(run.values(frame)))
-    take_strain(io::read_values(run, impl_->bodies, frame), impl_->bodies, bodies);
+  if (impl_->looks.of_values >= 0 && std::filesystem::exists(run.values(frame)))
+    take_color(io::read_values(run, impl_->bodies, frame), impl_->bodies, impl_->render.color, bodies);
   const std::filesystem::path image = to.image(frame);
   io::create_folder(image.parent_path());
   to.write(image, png_bytes(image.string(), impl_->render.width, impl_->render.height,

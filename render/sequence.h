@@ -1,5 +1,5 @@
 // Draws frames of a run directory into PNG files and encodes the video. Reads scene.toml (camera, lights,
-// looks), manifest.json, mesh/ and, for strain, values/.
+// looks), manifest.json, mesh/ and, for strain, stress and contact, values/.
 #pragma once
 
 #include <atomic>
@@ -30,8 +30,8 @@ class SequenceRenderer {
 
   /// Draws the bodies of one frame as the camera sees them at `time` (s). Returns 3 * width * height bytes of
   /// 8-bit sRGB in rows from the top, for the size of scene.render. `bodies` must be those of the manifest,
-  /// in its order: FileError if they are not, or if strain is to be shown and a body lacks it. Equal bodies
-  /// give equal bytes on one machine.
+  /// in its order: FileError if they are not, or if a body lacks what its colors are to show
+  /// (io::take_color). Equal bodies give equal bytes on one machine.
   std::vector<unsigned char> draw(const std::vector<BodySurface>& bodies, double time = 0);
 
   /// Reads mesh/NNNN.obj of `run`, draws it and writes image/NNNN.png of the same run atomically. Throws

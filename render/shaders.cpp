@@ -13,8 +13,8 @@ std::string header() {
   return fmt::format(
       "#version 330 core\n"
       "const int block = {}, max_looks = {}, max_lights = {}, max_samples = {}, max_mirrors = {};\n"
-      "const int look_codes = 2 * max_looks, strain_pattern = {}, max_spots = {};\n",
-      block, max_looks, max_lights, max_shadow_samples, max_mirrors, strain_pattern, scene::Look::max_spots);
+      "const int look_codes = 2 * max_looks, value_pattern = {}, max_spots = {};\n",
+      block, max_looks, max_lights, max_shadow_samples, max_mirrors, value_pattern, scene::Look::max_spots);
 }
 
 // Octahedral maps of unit vectors: fold() projects a unit vector to the octahedron |x| + |y| + |z| = 1, whose
@@ -165,14 +165,14 @@ uniform mat4 projection;
 layout(location = 0) in vec3 position;
 layout(location = 1) in vec3 normal;
 layout(location = 2) in vec2 uv;
-layout(location = 3) in vec2 strain_inverted;
+layout(location = 3) in vec2 value_inverted;
 out vec3 world_normal, world_position;
-out vec2 texture_place, strain;
+out vec2 texture_place, value;
 void main() {
   world_position = position;
   world_normal = normal;
   texture_place = uv;
-  strain = strain_inverted;
+  value = value_inverted;
   gl_Position = projection * vec4(position, 1.0);
 }
 )";
@@ -186,9 +186,9 @@ uniform float opacity;
 uniform int spot_count;
 uniform vec3 spots[max_spots];  // place and radius in texture coordinates
 uniform vec2 repeats;  // bands of the pattern in a unit of the texture coordinates
-uniform float strain_range;
+uniform float value_range;
 in vec3 world_normal, world_position;
-in vec2 texture_place, strain;
+in vec2 texture_place, value;
 layout(location = 0) out vec4 surface;
 
 // Returns whether the body covers this sample. A translucent body covers the fraction `opacity` of the samples of every
@@ -216,9 +216,9 @@ void main() {
     blend = max(blend, clamp(0.5 + inside / max(fwidth(inside), 1e-6), 0.0, 1.0));
   }
   int worn = look;
-  if (pattern == strain_pattern) {
-    blend = clamp(strain.x / strain_range, 0.0, 1.0);
-    if (strain.y > 0.5) worn += 1;  // the look of inverted elements follows that of strain
+  if (pattern == value_pattern) {
+    blend = clamp(value.x / value_range, 0.0, 1.0);
+    if (value.y > 0.5) worn += 1;  // the look of inverted elements follows that of values
   }
   surface = vec4(fold(n) * 0.5 + 0.5, blend, float(worn + 1 + look_codes * (mirror + 1)) / 65535.0);
 }

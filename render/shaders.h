@@ -26,8 +26,8 @@ inline constexpr int max_lights = 32;
 inline constexpr int max_shadow_samples = 256;
 /// Largest number of bodies that mirror others; six pictures of 128 x 128 texels for each.
 inline constexpr int max_mirrors = 8;
-/// Number of the pattern that shows strain; 0 is none, 1 checker, 2 stripes.
-inline constexpr int strain_pattern = 3;
+/// Number of the pattern that shows values as colors; 0 is none, 1 checker, 2 stripes.
+inline constexpr int value_pattern = 3;
 
 /// Binding points of the uniform blocks.
 enum class Block : unsigned {

@@ -10,7 +10,7 @@
 
 namespace duet::render {
 
-void draw_strain_legend(std::vector<unsigned char>& rgb, int width, int height) {
+void draw_legend(std::vector<unsigned char>& rgb, int width, int height, InvertedSquare square) {
   DUET_ASSERT(width > 0 && height > 0);
   DUET_ASSERT(rgb.size() == 3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
   const int side = std::max(4, height / 36);  // pixels; side of the red square, and width of the margin
@@ -25,8 +25,9 @@ void draw_strain_legend(std::vector<unsigned char>& rgb, int width, int height) 
   };
   for (int i = 0; i < length; ++i) {
     const double share = (i + 0.5) / length;
-    fill(side + i, (1 - share) * unstrained_color + share * strained_color);
+    fill(side + i, (1 - share) * low_color + share * high_color);
   }
+  if (square == InvertedSquare::absent) return;
   for (int i = 0; i < side; ++i) fill(side + length + side / 2 + i, inverted_color);
 }
 

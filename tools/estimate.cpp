@@ -112,6 +112,11 @@ void draw(const scene::ReadResult& read, const Simulation& simulation, RunEstima
   io::Manifest manifest;
   manifest.fps = read.scene.fps;
   manifest.bodies = io::manifest_bodies(read.scene, surfaces);
+  if (read.scene.render.color != scene::ColorBy::look) {
+    io::FrameValues values;
+    io::measure_values(simulation, surfaces, values);
+    io::take_color(values, manifest.bodies, read.scene.render.color, surfaces);
+  }
   render::SequenceRenderer renderer(read.scene, manifest);
   const auto begin = Clock::now();
   const std::vector<unsigned char> rgb = renderer.draw(surfaces, simulation.stats().time);

@@ -40,7 +40,7 @@ constexpr Format formats[] = {
      "poses and velocities of rigid bodies, JSON and CSV"},
     {"obj", nullptr, false, false, false, io::export_obj, "a Wavefront OBJ file a frame, with materials"},
     {"ply", nullptr, false, false, false, io::export_ply,
-     "a binary PLY file a frame, with velocities and strain"},
+     "a binary PLY file a frame, with velocities, strain, stress and contact"},
     {"pc2", nullptr, false, false, false, io::export_pc2,
      "a point cache and a mesh a body: Blender, 3ds Max"},
     {"mdd", nullptr, false, false, false, io::export_mdd,
@@ -52,7 +52,7 @@ constexpr Format formats[] = {
     {"blend", "blend", false, false, true, export_blend,
      "a Blender scene, which Blender makes where it is installed"},
     {"vtk", nullptr, true, false, false, io::export_vtk,
-     "VTK poly data with velocity, displacement, strain and stress: ParaView"},
+     "VTK poly data with velocity, displacement, strain, stress and contact: ParaView"},
 };
 
 // Formats that users ask for and that are not written, with the alternative.

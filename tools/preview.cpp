@@ -13,6 +13,7 @@
 #include "render/sequence.h"
 #include "sim/base/files.h"
 #include "sim/base/stop.h"
+#include "sim/io/values_file.h"
 #include "sim/scene/plan.h"
 #include "sim/simulation/simulation.h"
 
@@ -117,6 +118,10 @@ class Preview {
       }
       if (interrupted()) throw Stopped();
       simulation_.surfaces(surfaces_);
+      if (read_.scene.render.color != scene::ColorBy::look) {
+        io::measure_values(simulation_, surfaces_, values_);
+        io::take_color(values_, manifest.bodies, read_.scene.render.color, surfaces_);
+      }
       const auto begin = std::chrono::steady_clock::now();
       sheet_.add(renderer.draw(surfaces_, frame / read_.scene.fps));
       const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -136,6 +141,7 @@ class Preview {
   Sheet sheet_;
   Simulation simulation_;
   std::vector<BodySurface> surfaces_;
+  io::FrameValues values_;  // of the colors
 };
 
 }  // namespace

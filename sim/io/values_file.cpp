@@ -30,15 +30,49 @@ std::string npy_head(const std::string& fields) {
   return head + text;
 }
 
+// The kinds of files that programs have written. Each has the fields of the one before, and then its own.
+enum class Fields {
+  motion,   // positions, velocities and strain
+  stress,   // "stress" and "energy_density"
+  contact,  // forces of contact
+};
+
 // Returns the head of a frame's file with this number of rigid bodies and points of deformable bodies.
-std::string frame_head(std::size_t rigid, std::size_t points, bool has_stress) {
-  return npy_head(fmt::format(
+std::string frame_head(std::size_t rigid, std::size_t points, Fields fields) {
+  std::string text = fmt::format(
       "('frame', '<i8'), ('time', '<f8'), ('position', '<f8', ({0}, 3)), ('orientation', '<f8', ({0}, 4)), "
       "('velocity', '<f8', ({0}, 3)), ('angular_velocity', '<f8', ({0}, 3)), ('point', '<f8', ({1}, 3)), "
-      "('point_velocity', '<f4', ({1}, 3)), ('strain', '<f4', ({1},)){2}",
-      rigid, points,
-      has_stress ? fmt::format(", ('stress', '<f4', ({0},)), ('energy_density', '<f4', ({0},))", points)
-                 : ""));
+      "('point_velocity', '<f4', ({1}, 3)), ('strain', '<f4', ({1},))",
+      rigid, points);
+  if (fields >= Fields::stress)
+    text += fmt::format(", ('stress', '<f4', ({0},)), ('energy_density', '<f4', ({0},))", points);
+  if (fields >= Fields::contact)
+    text += fmt::format(
+        ", ('contact_force', '<f8', ({0}, 3)), ('contact_torque', '<f8', ({0}, 3)), "
+        "('point_contact_force', '<f4', ({1}, 3)), ('contact_pressure', '<f4', ({1},))",
+        rigid, points);
+  return npy_head(text);
+}
+
+// Returns the number of bytes that follow the head of such a file.
+std::size_t frame_bytes(std::size_t rigid, std::size_t points, Fields fields) {
+  std::size_t of_rigid = 13 * sizeof(double), of_point = 3 * sizeof(double) + 4 * sizeof(float);
+  if (fields >= Fields::stress) of_point += 2 * sizeof(float);
+  if (fields >= Fields::contact) {
+    of_rigid += 6 * sizeof(double);
+    of_point += 4 * sizeof(float);
+  }
+  return sizeof(std::int64_t) + sizeof(double) + rigid * of_rigid + points * of_point;
+}
+
+// Returns the fields for which there are values of all bodies and points.
+Fields fields_of(const FrameValues& values) {
+  const std::size_t rigid = values.rigid.size(), points = values.points.size();
+  if (values.stress.size() != points || values.energy_density.size() != points) return Fields::motion;
+  const ContactLoads& contact = values.contact;
+  const bool has_contact = contact.rigid_force.size() == rigid && contact.rigid_torque.size() == rigid &&
+                           contact.force.size() == points && contact.pressure.size() == points;
+  return has_contact ? Fields::contact : Fields::stress;
 }
 
 // Sizes of the surfaces of all bodies together.
@@ -118,6 +152,12 @@ bool all_finite(const Vectors& vectors) {
   return true;
 }
 
+bool all_finite(const std::vector<float>& values) {
+  for (const float value : values)
+    if (!std::isfinite(value)) return false;
+  return true;
+}
+
 // Returns true if all numbers are finite and the orientation is a unit quaternion, within 1e-9. Rounding
 // makes an error of about 1e-16; a larger bound would let damaged files pass.
 bool is_whole(const RigidMotion& motion) {
@@ -140,6 +180,7 @@ void measure_values(const Simulation& simulation, const std::vector<BodySurface>
   simulation.rigid_motion(values.rigid);
   simulation.surface_velocities(values.velocities);
   simulation.surface_stress(values.stress, values.energy_density);
+  simulation.contact_loads(surfaces, values.contact);
   values.points.clear();
   values.strain.clear();
   for (std::size_t i = values.rigid.size(); i < surfaces.size(); ++i) {
@@ -161,9 +202,23 @@ void take_strain(const FrameValues& values, const std::vector<ManifestBody>& lis
   }
 }
 
+void take_color(const FrameValues& values, const std::vector<ManifestBody>& listed, scene::ColorBy color,
+                std::vector<BodySurface>& bodies) {
+  if (color == scene::ColorBy::look) return;
+  if (color == scene::ColorBy::strain) return take_strain(values, listed, bodies);
+  const std::vector<float>& all = color == scene::ColorBy::stress ? values.stress : values.contact.pressure;
+  if (all.size() != values.points.size()) return;
+  auto next = all.begin();
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (!listed[i].is_deformable()) continue;
+    bodies[i].surface.shown.assign(next, next + listed[i].vertices);
+    next += listed[i].vertices;
+  }
+}
+
 std::string npy_text(const FrameValues& values) {
-  Writer writer(
-      frame_head(values.rigid.size(), values.points.size(), values.stress.size() == values.points.size()));
+  const Fields fields = fields_of(values);
+  Writer writer(frame_head(values.rigid.size(), values.points.size(), fields));
   const std::int64_t frame = values.frame;
   writer.add(&frame, 1);
   writer.add(&values.time, 1);
@@ -178,8 +233,16 @@ std::string npy_text(const FrameValues& values) {
   writer.add(values.points);
   writer.add(values.velocities);
   writer.add(values.strain);
-  writer.add(values.stress);
-  writer.add(values.energy_density);
+  if (fields >= Fields::stress) {
+    writer.add(values.stress);
+    writer.add(values.energy_density);
+  }
+  if (fields >= Fields::contact) {
+    writer.add(values.contact.rigid_force);
+    writer.add(values.contact.rigid_torque);
+    writer.add(values.contact.force);
+    writer.add(values.contact.pressure);
+  }
   return writer.take();
 }
 
@@ -205,11 +268,11 @@ FrameValues read_values(const RunDirectory& run, const std::vector<ManifestBody>
   for (const ManifestBody& body : listed) body.is_deformable() ? points += count_of(body.vertices) : ++rigid;
   const fs::path path = run.values(frame);
   std::string bytes = read_bytes(run, path);
-  const bool has_stress = bytes.starts_with(frame_head(rigid, points, true));
-  constexpr std::size_t of_rigid = 13 * sizeof(double);
-  const std::size_t of_point = 3 * sizeof(double) + (has_stress ? 6 : 4) * sizeof(float);
-  ValuesReader reader(path, std::move(bytes), frame_head(rigid, points, has_stress),
-                      sizeof(std::int64_t) + sizeof(double) + rigid * of_rigid + points * of_point);
+  Fields fields = Fields::motion;
+  for (const Fields newer : {Fields::stress, Fields::contact})
+    if (bytes.starts_with(frame_head(rigid, points, newer))) fields = newer;
+  ValuesReader reader(path, std::move(bytes), frame_head(rigid, points, fields),
+                      frame_bytes(rigid, points, fields));
   FrameValues values;
   std::int64_t number = 0;
   reader.take(&number, 1);
@@ -226,16 +289,24 @@ FrameValues read_values(const RunDirectory& run, const std::vector<ManifestBody>
   reader.take(values.points, points);
   reader.take(values.velocities, points);
   reader.take(values.strain, points);
-  if (has_stress) {
+  if (fields >= Fields::stress) {
     reader.take(values.stress, points);
     reader.take(values.energy_density, points);
+  }
+  if (fields >= Fields::contact) {
+    reader.take(values.contact.rigid_force, rigid);
+    reader.take(values.contact.rigid_torque, rigid);
+    reader.take(values.contact.force, points);
+    reader.take(values.contact.pressure, points);
   }
   values.frame = static_cast<int>(number);
   if (number != frame) refuse(path, fmt::format("holds the values of frame {}", number));
   bool is_finite = all_finite(values.points) && all_finite(values.velocities) && std::isfinite(values.time);
   for (const RigidMotion& motion : values.rigid) is_finite = is_finite && is_whole(motion);
-  for (const std::vector<float>* all : {&values.strain, &values.stress, &values.energy_density})
-    for (const float value : *all) is_finite = is_finite && std::isfinite(value);
+  is_finite = is_finite && all_finite(values.contact.rigid_force) && all_finite(values.contact.rigid_torque);
+  for (const PointValue& kind : point_values)
+    is_finite =
+        is_finite && (kind.scalars ? all_finite(kind.scalars(values)) : all_finite(kind.vectors(values)));
   if (!is_finite) refuse(path, "holds values that are not finite, or no unit quaternion as an orientation");
   return values;
 }

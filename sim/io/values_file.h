@@ -8,6 +8,7 @@
 
 #include "sim/base/types.h"
 #include "sim/io/run_directory.h"
+#include "sim/scene/picture.h"
 #include "sim/simulation/frame.h"
 
 namespace duet {
@@ -34,6 +35,43 @@ struct FrameValues {
   /// elements. The files of programs before 30 November 2026 have neither this nor the next: both are empty.
   std::vector<float> stress;
   std::vector<float> energy_density;  ///< "energy_density": elastic energy over the volume at rest, J/m^3
+  /// "contact_force" (N) and "contact_torque" (N m, about the center of mass) on rigid bodies,
+  /// "point_contact_force" (N) and "contact_pressure" (Pa) at the points. All are means over the time since
+  /// the frame before, world axes. The files of programs before December 2026 have none of them: all are
+  /// empty.
+  ContactLoads contact;
+};
+
+/// A quantity at the points of deformable bodies. Exporters write those of a run with a loop over
+/// point_values; a quantity that a frame lacks is empty.
+struct PointValue {
+  using Scalars = std::vector<float>;  ///< values of a scalar
+  using Vectors = std::vector<Vec3f>;  ///< values of a vector
+  const char* name;                    ///< name in exports
+  const char* meaning;                 ///< description with the unit
+  /// Returns the values of a scalar, one a point; null for a vector.
+  const Scalars& (*scalars)(const FrameValues& values);
+  /// Returns the values of a vector, one a point, in the axes of `values`; null for a scalar.
+  const Vectors& (*vectors)(const FrameValues& values) = nullptr;
+
+  /// Returns whether a frame has the quantity: whether it has a value for each point.
+  bool is_in(const FrameValues& values) const {
+    return (scalars ? scalars(values).size() : vectors(values).size()) == values.points.size();
+  }
+};
+
+/// The quantities at the points of deformable bodies, besides their positions and velocities.
+inline constexpr PointValue point_values[] = {
+    {"strain", "largest |principal stretch - 1| around each point; -1 where an element is inverted",
+     [](const FrameValues& v) -> const PointValue::Scalars& { return v.strain; }},
+    {"stress", "Pa: von Mises' equivalent of the elastic stress around each point",
+     [](const FrameValues& v) -> const PointValue::Scalars& { return v.stress; }},
+    {"energy_density", "J/m^3: elastic energy over the volume at rest around each point",
+     [](const FrameValues& v) -> const PointValue::Scalars& { return v.energy_density; }},
+    {"contact_pressure", "Pa: normal force of contact over area at each point, mean over the frame",
+     [](const FrameValues& v) -> const PointValue::Scalars& { return v.contact.pressure; }},
+    {"contact_force", "N: force of contact at each point, with friction, mean over the frame", nullptr,
+     [](const FrameValues& v) -> const PointValue::Vectors& { return v.contact.force; }},
 };
 
 /// Sets `values` to the motion at the frame that the simulation holds. `surfaces` are
@@ -45,6 +83,11 @@ void measure_values(const Simulation& simulation, const std::vector<BodySurface>
 /// in the same order.
 void take_strain(const FrameValues& values, const std::vector<ManifestBody>& listed,
                  std::vector<BodySurface>& bodies);
+
+/// Sets what pictures show as colors: Surface::strain, or Surface::shown of the deformable `bodies`. It stays
+/// empty if `values` lack the quantity. `listed` are the entries of the bodies in the manifest.
+void take_color(const FrameValues& values, const std::vector<ManifestBody>& listed, scene::ColorBy color,
+                std::vector<BodySurface>& bodies);
 
 /// Returns the bytes of values/0000.npy, the file of a frame.
 std::string npy_text(const FrameValues& values);

@@ -72,8 +72,10 @@ struct Look {
 
 /// Meaning of the colors of deformable bodies.
 enum class ColorBy {
-  look,   ///< The look of the body.
-  strain  ///< Strain, from blue (none) to yellow (strain_range); red where elements are inverted.
+  look,    ///< The look of the body.
+  strain,  ///< Strain, from blue (none) to yellow (strain_range); red where elements are inverted.
+  stress,  ///< Von Mises' equivalent of the stress, from blue (none) to yellow (color_range).
+  contact  ///< Pressure of contact, from blue (none) to yellow (color_range).
 };
 
 /// Size and quality of the pictures.
@@ -85,6 +87,10 @@ struct Render {
   double exposure = 1.0;          ///< Factor on radiance before tone mapping, 1.
   ColorBy color = ColorBy::look;  ///< Meaning of the colors of deformable bodies.
   double strain_range = 0.5;      ///< |stretch - 1| at the yellow end of the strain colors, 1.
+  /// Stress or pressure of contact at the yellow end of their colors, Pa. Given if `color` is one of them.
+  std::optional<double> color_range{};
+  /// Returns the value at the yellow end of the colors, in the unit of what they show.
+  double range_of_color() const { return color == ColorBy::strain ? strain_range : color_range.value_or(1); }
 };
 
 }  // namespace duet::scene

@@ -468,9 +468,10 @@ std::vector<Key> keys(Render& render) {
       {"shadow_samples", &render.shadow_samples, "", between(0, 256),
        "shadow maps, shared by all shadow-casting lights and the sky; 0: no shadows"},
       {"exposure", &render.exposure, "", positive, "factor on radiance before tone mapping"},
-      {"color", choice(render.color, {"look", "strain"}), "", any,
-       "strain: deformable bodies from blue (none) to yellow (strain_range), red where elements are "
-       "inverted"},
+      {"color", choice(render.color, {"look", "strain", "stress", "contact"}), "", any,
+       "what deformable bodies show from blue (0) to yellow; strain has red for inverted elements"},
+      {"color_range", &render.color_range, "Pa", positive,
+       "stress or contact pressure at the yellow end; required for these two"},
       {"strain_range", &render.strain_range, "", positive,
        "largest |stretch - 1| of the elements around a particle that the colours tell apart"},
   };

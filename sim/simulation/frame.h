@@ -27,6 +27,16 @@ struct RigidMotion {
   Vec3 angular_velocity = Vec3::Zero();  ///< Angular velocity, rad/s, world axes.
 };
 
+/// Forces of contact with other bodies, the ground included: means over the time of a frame, which are the
+/// impulses of its steps over its length. Friction is included.
+struct ContactLoads {
+  std::vector<Vec3> rigid_force,  ///< N, on each rigid body, world axes.
+      rigid_torque;               ///< N m, on each rigid body about its center of mass, world axes.
+  std::vector<Vec3f> force;       ///< N, on each vertex of the deformable surfaces, world axes.
+  /// Pa, normal forces on each vertex of the deformable surfaces over its third of the triangles around it.
+  std::vector<float> pressure;
+};
+
 /// The signed distance of a rigid body: a function in body space that a pose places in the world every frame.
 /// Writers sample it once, because only the pose changes.
 struct BodyLevelSet {

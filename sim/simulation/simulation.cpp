@@ -20,6 +20,7 @@
 #include "sim/scene/deformables.h"
 #include "sim/scene/plan.h"
 #include "sim/simulation/body_output.h"
+#include "sim/simulation/contact_output.h"
 #include "sim/simulation/saved_state.h"
 #include "sim/simulation/sizes.h"
 #include "sim/simulation/steering.h"
@@ -331,6 +332,7 @@ void Simulation::advance_frame() {
   const StopScope scope(impl.stop);
   impl.world().stage_hashes.begin_frame(frame() + 1);
   impl.world().ledger.reset();
+  impl.world().contact_tally.begin_frame();
   impl.world().clock.reset();
   impl.world().counters = {};
   impl.stats.substeps = 0;
@@ -357,6 +359,7 @@ std::vector<unsigned char> Simulation::save_state() const { return impl_->frame_
 
 void Simulation::load_state(const std::vector<unsigned char>& bytes) {
   impl_->load_checked(bytes);
+  impl_->world().contact_tally.begin_frame();  // a saved state does not tell what led to it
   impl_->measure_state();
 }
 
@@ -430,6 +433,11 @@ void Simulation::surface_stress(std::vector<float>& stress, std::vector<float>& 
   bodies.forces.elements.measure_stress(bodies.particles.x, of_particles, energy_of_particles);
   write_surface_values(impl_->built, impl_->scene.rigid.size(), of_particles, stress);
   write_surface_values(impl_->built, impl_->scene.rigid.size(), energy_of_particles, energy);
+}
+
+void Simulation::contact_loads(const std::vector<BodySurface>& surfaces, ContactLoads& out) const {
+  const double time = impl_->frame > 0 ? impl_->time_of(impl_->frame) - impl_->time_of(impl_->frame - 1) : 0;
+  write_contact_loads(impl_->built, impl_->scene.rigid.size(), surfaces, time, out);
 }
 
 std::vector<BodyLevelSet> Simulation::level_sets() const {

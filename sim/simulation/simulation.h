@@ -96,6 +96,9 @@ class Simulation {
   /// Fills `stress` (Pa) and `energy` (J/m^3) with the von Mises stress and the density of elastic energy at
   /// these vertices, see FiniteElements::measure_stress(); 0 for thin bodies and springs.
   void surface_stress(std::vector<float>& stress, std::vector<float>& energy) const;
+  /// Sets `out` to the forces of contact, as means over the time between the frame before and this one. All
+  /// are 0 at frame 0 and after load_state(). `surfaces` are surfaces() of this frame.
+  void contact_loads(const std::vector<BodySurface>& surfaces, ContactLoads& out) const;
   /// Returns the signed distances of the rigid bodies with their current poses, in the order of the scene.
   /// The voxel size follows from the thickness of a body and has a lower bound from the area of its surface;
   /// see exported_voxel_size().

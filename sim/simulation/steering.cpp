@@ -250,6 +250,7 @@ void carry_over(World& from, World& to) {
   to.clock = from.clock;
   to.counters = from.counters;
   to.ledger = from.ledger;
+  to.contact_tally = from.contact_tally;
   to.stage_hashes = from.stage_hashes;
 }
 

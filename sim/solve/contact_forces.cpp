@@ -323,6 +323,16 @@ Momentum ContactForces::impulse_of_pins(const Particles& particles) const {
   return total;
 }
 
+void ContactForces::add_pair_impulses(ContactImpulses& out) const {
+  for (const Row& row : rows_) {
+    if (row.pair < 0) continue;
+    const double along_normal = row.impulse.dot(row.normal);
+    for (std::size_t i = 0; i < 4; ++i)
+      out.add(as_index(row.point.particle[i]), pair_maps_[as_index(row.pair)][i].transpose() * row.impulse,
+              std::abs(row.point.weight[i]) * along_normal);
+  }
+}
+
 // Returns the decrease of the impulse by a change `velocity` of the relative velocity, N s.
 Vec3 ContactForces::slope(const Row& row, const Vec3& velocity) const {
   const double normal = velocity.dot(row.normal);

@@ -68,6 +68,8 @@ class ContactForces {
   void add_stored_velocities(double factor, GeneralizedVelocity& out) const;
   /// Returns what held particles give to others by the impulses of pairs of surfaces.
   Momentum impulse_of_pins(const Particles& particles) const;
+  /// Adds the impulses of pairs of surfaces to the sums of their particles.
+  void add_pair_impulses(ContactImpulses& out) const;
   /// Adds to `out` M^-1 times the decrease of the impulses by `change` of the velocity.
   void add_differentials(const GeneralizedVelocity& change, GeneralizedVelocity& out) const;
   /// Adds the derivatives of the impulses to the diagonal blocks of every particle (kg) and of every rigid

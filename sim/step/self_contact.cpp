@@ -56,7 +56,8 @@ void find_repulsions(World& world, StepContext& context) {
 
 void repel_surfaces_at_end(World& world, StepContext& context) {
   Particles& particles = world.bodies.particles;
-  context.self_repulsion.apply(context.dt, particles.x, particles.inverse_mass, particles.v);
+  context.self_repulsion.apply(context.dt, particles.x, particles.inverse_mass, particles.v,
+                               &world.contact_tally.on_particles());
   const std::vector<RepulsionPair>& pairs = context.self_repulsion.pairs();
   world.counters.self_repulsions = std::count_if(
       pairs.begin(), pairs.end(), [](const RepulsionPair& pair) { return pair.distance < pair.thickness; });

@@ -19,6 +19,7 @@ void run(const StageRow& row, World& world) {
   world.ledger.begin_stage(world, row.stage);
   world.clock.time(row.stage, [&] { row.work(world, world.context); });
   world.ledger.end_stage(world, row.stage);
+  world.contact_tally.end_stage(world, row.stage);
   world.stage_hashes.end_stage(world, row.stage);
 }
 
@@ -52,6 +53,7 @@ bool step(World& world, double time, double dt, Refusal* refusal) {
   const bool may_gain = may_refuse && may_gain_energy(world);
   const StoredEnergy energy = may_gain ? energy_now(world) : StoredEnergy();
   world.ledger.begin_step(world);
+  world.contact_tally.begin_step(world.bodies);
   world.stage_hashes.begin_step(world);
   for (const StageRow& row : stage_table) {
     if (!runs(row, world)) continue;
@@ -63,6 +65,7 @@ bool step(World& world, double time, double dt, Refusal* refusal) {
   end_step(world);
   if (may_gain && gains_energy(world, energy, *refusal)) return refuse(world);
   world.ledger.end_step(world);
+  world.contact_tally.end_step(world.bodies);
   if (world.touches()) remember(context.contacts, context.graph, dt, context.contact_cache);
   std::swap(context.pressure_n, context.pressure_next);
   world.stage_hashes.end_step(world);

@@ -21,6 +21,7 @@
 #include "sim/solve/velocity_system.h"
 #include "sim/step/applied_forces.h"
 #include "sim/step/composite_body.h"
+#include "sim/step/contact_tally.h"
 #include "sim/step/effects.h"
 #include "sim/step/free_islands.h"
 #include "sim/step/kinematic_motion.h"
@@ -176,12 +177,13 @@ struct World {
   std::vector<char> strongly_damped;
   /// Per deformable body, the time in which strain relaxes, s: viscosity over stiffness of its material.
   std::vector<double> damping_time;
-  bool may_crush = false;    ///< true if a deformable body is much heavier than a dynamic rigid one
-  StepContext context;       ///< values of the step at hand
-  StageClock clock;          ///< seconds and calls of stages in the frame
-  StepCounters counters;     ///< counts of the frame
-  StepLedger ledger;         ///< ledger of momentum and energy
-  StageHashes stage_hashes;  ///< hashes after each stage, if they are on
+  bool may_crush = false;      ///< true if a deformable body is much heavier than a dynamic rigid one
+  StepContext context;         ///< values of the step at hand
+  StageClock clock;            ///< seconds and calls of stages in the frame
+  StepCounters counters;       ///< counts of the frame
+  StepLedger ledger;           ///< ledger of momentum and energy
+  ContactTally contact_tally;  ///< impulses of contact in the frame, for output; no state
+  StageHashes stage_hashes;    ///< hashes after each stage, if they are on
 
   /// Returns whether the plan has an effect.
   bool has(Effect effect) const { return plan[index(effect)]; }

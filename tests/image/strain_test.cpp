@@ -89,6 +89,22 @@ TEST(StrainPicture, AFrameWithoutStrainIsRefused) {
   }
 }
 
+// The same scale shows stress and contact, without red, and nothing that a frame lacks.
+TEST(StrainPicture, ShowsStressAndContactInTheirRange) {
+  for (const scene::ColorBy color : {scene::ColorBy::stress, scene::ColorBy::contact}) {
+    StrainedBoxes boxes;
+    boxes.scene.render.color = color;
+    boxes.scene.render.color_range = 2e4;
+    EXPECT_THROW(boxes.picture(), FileError);
+    for (std::size_t i : {1U, 2U})
+      boxes.bodies[i].surface.shown.assign(boxes.bodies[i].surface.positions.size(), i == 1 ? 0 : 2e4F);
+    const Picture picture = boxes.picture();
+    EXPECT_TRUE(is_blue(pixel_of(picture, boxes.scene, orange_center)));
+    EXPECT_TRUE(is_yellow(pixel_of(picture, boxes.scene, green_center)));
+    EXPECT_FALSE(is_red(picture.at(50, picture.height - 7))) << "where the scale of strain is red";
+  }
+}
+
 // One corner of a soft cube is pushed through the opposite face of its tetrahedron. The picture is red there
 // and nowhere else.
 TEST(StrainPicture, AnInvertedElementOfASimulationShowsRed) {

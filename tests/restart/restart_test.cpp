@@ -46,6 +46,7 @@ void expect_same_run(const io::RunDirectory& run, const io::RunDirectory& refere
     EXPECT_EQ(without_times(lines[i]), without_times(expected[i]));
   for (int frame = 0; frame <= last; ++frame) {
     EXPECT_EQ(io::read_file(run.mesh(frame)), io::read_file(reference.mesh(frame))) << "frame " << frame;
+    EXPECT_EQ(io::read_file(run.values(frame)), io::read_file(reference.values(frame))) << "frame " << frame;
     EXPECT_TRUE(fs::exists(run.level_set(frame))) << "frame " << frame;
   }
 }

@@ -21,6 +21,8 @@ io::FrameValues values_of(const Simulation& simulation, const scene::Scene& scen
     values.points.insert(values.points.end(), surfaces[i].surface.positions.begin(),
                          surfaces[i].surface.positions.end());
   values.strain.resize(values.points.size());
+  simulation.surface_stress(values.stress, values.energy_density);
+  simulation.contact_loads(surfaces, values.contact);
   return values;
 }
 

@@ -63,11 +63,34 @@ void capture_rigid(const Simulation& simulation, FrameData& frame) {
   }
 }
 
-// Captures positions, velocities and strain of the surfaces. Points of rigid bodies move by v + w x arm.
+// Returns the number of components of a quantity.
+std::size_t components(const io::PointValue& kind) { return kind.scalars ? 1 : 3; }
+
+// Captures the quantities of io::point_values. `values` have them for the points of deformable bodies, which
+// follow those of rigid bodies.
+void capture_point_values(const io::FrameValues& values, FrameData& frame) {
+  const std::size_t rigid = frame.points.size() - values.points.size();
+  for (std::size_t k = 0; k < frame.point_values.size(); ++k) {
+    const io::PointValue& kind = io::point_values[k];
+    std::vector<float>& to = frame.point_values[k];
+    to.assign(components(kind) * rigid, 0);
+    if (kind.scalars) {
+      to.insert(to.end(), kind.scalars(values).begin(), kind.scalars(values).end());
+    } else {
+      for (const Vec3f& v : kind.vectors(values)) to.insert(to.end(), v.data(), v.data() + 3);
+    }
+  }
+  frame.contact_forces = values.contact.rigid_force;
+  frame.contact_torques = values.contact.rigid_torque;
+}
+
+// Captures positions, velocities and other values of the surfaces. Points of rigid bodies move by v + w x
+// arm.
 void capture_surfaces(const Simulation& simulation, FrameData& frame) {
   frame.surfaces = surfaces_of(simulation);
-  std::vector<Vec3f> soft;
-  simulation.surface_velocities(soft);
+  io::FrameValues values;
+  io::measure_values(simulation, frame.surfaces, values);
+  const std::vector<Vec3f>& soft = values.velocities;
   std::size_t next = 0;
   for (std::size_t i = 0; i < frame.surfaces.size(); ++i) {
     const Surface& surface = frame.surfaces[i].surface;
@@ -81,9 +104,8 @@ void capture_surfaces(const Simulation& simulation, FrameData& frame) {
       for (std::size_t k = 0; k < surface.positions.size(); ++k)
         frame.velocities.push_back(soft[next++].cast<double>());
     }
-    frame.strain.insert(frame.strain.end(), surface.strain.begin(), surface.strain.end());
-    frame.strain.resize(frame.points.size(), 0);
   }
+  capture_point_values(values, frame);
 }
 
 void capture_contacts(const World& world, FrameData& frame) {
@@ -155,6 +177,16 @@ auto pose(std::vector<Element> FrameData::*values, std::vector<py::ssize_t> shap
   };
 }
 
+// Returns the rows of the points in `range` of the quantity with this index in io::point_values.
+py::array point_values(const std::shared_ptr<FrameData>& frame, std::size_t k, Rows range) {
+  const auto columns = static_cast<py::ssize_t>(components(io::point_values[k]));
+  const std::vector<float>& values = frame->point_values[k];
+  const float* data = values.data() + range.begin * static_cast<std::size_t>(columns);
+  const auto count = static_cast<py::ssize_t>(range.count);
+  if (columns == 1) return view(data, {count}, py::cast(frame));
+  return view(data, {count, columns}, py::cast(frame));
+}
+
 py::dict energies_of(const FrameStats& stats) {
   return py::dict(py::arg("kinetic") = stats.kinetic, py::arg("potential") = stats.potential,
                   py::arg("elastic") = stats.elastic,
@@ -185,10 +217,10 @@ using Shared = std::shared_ptr<FrameData>;
 
 void bind_body(py::module_& module) {
   using Body = Topology::Body;
-  py::class_<BodyFrame>(
+  py::class_<BodyFrame> body(
       module, "BodyFrame",
-      "One body at one frame. All arrays are read-only views without a copy, in world axes.")
-      .def_property_readonly(
+      "One body at one frame. All arrays are read-only views without a copy, in world axes.");
+  body.def_property_readonly(
           "name", [](const BodyFrame& b) { return b.body().name; }, "Name in the scene.")
       .def_property_readonly(
           "kind", [](const BodyFrame& b) { return b.body().kind; },
@@ -197,10 +229,6 @@ void bind_body(py::module_& module) {
                              "(n, 3), m: points of the drawn surface.")
       .def_property_readonly("velocities", part<double>(&FrameData::velocities, &Body::points),
                              "(n, 3), m/s: velocities of the points.")
-      .def_property_readonly(
-          "strain", part<float>(&FrameData::strain, &Body::points),
-          "(n,): largest |principal stretch - 1| around each point; -1 where an element is "
-          "inverted.")
       .def_property_readonly("triangles", shared_part(&Topology::own_triangles, &Body::triangles),
                              "(m, 3): rows of `points`, counter-clockwise seen from outside.")
       .def_property_readonly("particles", part<double>(&FrameData::particles, &Body::particles),
@@ -216,7 +244,16 @@ void bind_body(py::module_& module) {
                              "(4,): unit quaternion w, x, y, z.")
       .def_property_readonly("velocity", pose(&FrameData::rigid_velocities, {3}),
                              "(3,), m/s: of the center of mass.")
-      .def_property_readonly("angular_velocity", pose(&FrameData::angular_velocities, {3}), "(3,), rad/s.");
+      .def_property_readonly("angular_velocity", pose(&FrameData::angular_velocities, {3}), "(3,), rad/s.")
+      .def_property_readonly("net_contact_force", pose(&FrameData::contact_forces, {3}),
+                             "(3,), N: force of contact, mean over the frame.")
+      .def_property_readonly("net_contact_torque", pose(&FrameData::contact_torques, {3}),
+                             "(3,), N m: torque of contact about the center of mass, mean over the frame.");
+  for (std::size_t k = 0; k < std::size(io::point_values); ++k)
+    body.def_property_readonly(
+        io::point_values[k].name,
+        [k](const BodyFrame& b) { return point_values(b.frame, k, b.body().points); },
+        io::point_values[k].meaning);
 }
 
 }  // namespace
@@ -266,8 +303,12 @@ void bind_frame(py::module_& module) {
   const auto column = [](auto member) {
     return [member](const Shared& f) { return all<double>((*f).*member, py::cast(f)); };
   };
-  py::class_<FrameData, Shared>(module, "FrameData")
-      .def_property_readonly("number", [](const Shared& f) { return f->stats.frame; })
+  py::class_<FrameData, Shared> frame(module, "FrameData");
+  for (std::size_t k = 0; k < std::size(io::point_values); ++k)
+    frame.def_property_readonly(io::point_values[k].name, [k](const Shared& f) {
+      return point_values(f, k, {0, f->points.size()});
+    });
+  frame.def_property_readonly("number", [](const Shared& f) { return f->stats.frame; })
       .def_property_readonly("time", [](const Shared& f) { return f->stats.time; })
       .def_property_readonly("hash", [](const Shared& f) { return f->stats.hash; })
       .def_property_readonly("energies", [](const Shared& f) { return energies_of(f->stats); })
@@ -284,7 +325,6 @@ void bind_frame(py::module_& module) {
            })
       .def_property_readonly("points", column(&FrameData::points))
       .def_property_readonly("velocities", column(&FrameData::velocities))
-      .def_property_readonly("strain", [](const Shared& f) { return all<float>(f->strain, py::cast(f)); })
       .def_property_readonly(
           "triangles", [](const Shared& f) { return all<std::int32_t>(f->topology->triangles, py::cast(f)); })
       .def_property_readonly(
@@ -296,6 +336,8 @@ void bind_frame(py::module_& module) {
       .def_property_readonly("orientations", column(&FrameData::orientations))
       .def_property_readonly("linear_velocities", column(&FrameData::rigid_velocities))
       .def_property_readonly("angular_velocities", column(&FrameData::angular_velocities))
+      .def_property_readonly("contact_forces", column(&FrameData::contact_forces))
+      .def_property_readonly("contact_torques", column(&FrameData::contact_torques))
       .def_property_readonly("transforms",
                              [](const Shared& f) {
                                return view(reinterpret_cast<const double*>(f->transforms.data()),

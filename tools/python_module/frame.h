@@ -3,12 +3,14 @@
 
 #include <array>
 #include <cstdint>
+#include <iterator>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "sim/geometry/mesh/tet_mesh.h"
 #include "sim/io/run_directory.h"
+#include "sim/io/values_file.h"
 #include "sim/scene/scene.h"
 #include "sim/simulation/simulation.h"
 
@@ -52,8 +54,10 @@ struct Contacts {
 struct FrameData {
   std::shared_ptr<const Topology> topology;
   FrameStats stats;
-  std::vector<Vec3> points, velocities;                               // of the surfaces of all bodies
-  std::vector<float> strain;                                          // at the points; 0 for rigid bodies
+  std::vector<Vec3> points, velocities;  // of the surfaces of all bodies
+  // For each of io::point_values its numbers at the points, 0 for rigid bodies: one a scalar, three a vector.
+  std::array<std::vector<float>, std::size(io::point_values)> point_values;
+  std::vector<Vec3> contact_forces, contact_torques;                  // on rigid bodies, N and N m
   std::vector<Vec3> positions, rigid_velocities, angular_velocities;  // of rigid bodies
   std::vector<std::array<double, 4>> orientations;                    // quaternions w, x, y, z
   std::vector<std::array<double, 16>> transforms;                     // body to world, 4 x 4, row by row

@@ -1,4 +1,7 @@
 // Pictures for Python: drawing frames of simulations and runs, and differences of pictures.
+#include <algorithm>
+#include <iterator>
+#include <string_view>
 #include <thread>
 
 #include "bindings.h"
@@ -25,6 +28,23 @@ class Renderer {
     renderer_ = std::make_unique<render::SequenceRenderer>(scene, manifest);
   }
 
+  // Draws a frame of a simulation, with the quantity that render.color asks for.
+  Bytes draw(const FrameData& frame) {
+    if (size_.color != scene::ColorBy::stress && size_.color != scene::ColorBy::contact)
+      return draw(frame.surfaces, frame.stats.time);
+    const char* wanted = size_.color == scene::ColorBy::stress ? "stress" : "contact_pressure";
+    const auto* kind = std::find_if(std::begin(io::point_values), std::end(io::point_values),
+                                    [&](const auto& one) { return std::string_view(one.name) == wanted; });
+    const std::vector<float>& values =
+        frame.point_values[static_cast<std::size_t>(kind - std::begin(io::point_values))];
+    std::vector<BodySurface> surfaces = frame.surfaces;
+    for (std::size_t i = frame.topology->rigid; i < surfaces.size(); ++i) {
+      const Rows rows = frame.topology->bodies[i].points;
+      const auto first = values.begin() + static_cast<std::ptrdiff_t>(rows.begin);
+      surfaces[i].surface.shown.assign(first, first + static_cast<std::ptrdiff_t>(rows.count));
+    }
+    return draw(surfaces, frame.stats.time);
+  }
   Bytes draw(const std::vector<BodySurface>& bodies, double time) {
     if (std::this_thread::get_id() != thread_)
       throw std::runtime_error("a renderer draws in the thread that made it alone");
@@ -58,8 +78,9 @@ class RunRenderer {
     {
       const py::gil_scoped_release unlocked;
       bodies = io::read_mesh(run_, frame);
-      if (scene_.render.color == scene::ColorBy::strain)
-        io::take_strain(io::read_values(run_, manifest_.bodies, frame), manifest_.bodies, bodies);
+      if (scene_.render.color != scene::ColorBy::look)
+        io::take_color(io::read_values(run_, manifest_.bodies, frame), manifest_.bodies, scene_.render.color,
+                       bodies);
     }
     return renderer_->draw(bodies, frame / manifest_.fps);
   }
@@ -108,8 +129,7 @@ py::dict difference(const Bytes& a, const Bytes& b, int tolerance) {
 void bind_pictures(py::module_& module) {
   py::class_<Renderer>(module, "Renderer")
       .def(py::init(&renderer_of))
-      .def("draw",
-           [](Renderer& r, const FrameData& frame) { return r.draw(frame.surfaces, frame.stats.time); });
+      .def("draw", [](Renderer& r, const FrameData& frame) { return r.draw(frame); });
   py::class_<RunRenderer>(module, "RunRenderer")
       .def(py::init<const std::string&, const std::vector<std::string>&>())
       .def("draw", &RunRenderer::draw);

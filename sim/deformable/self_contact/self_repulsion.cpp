@@ -199,6 +199,13 @@ std::optional<RepulsionPair> meeting(const CandidatePair& candidate, const FourP
   return {};
 }
 
+// Adds an impulse (N s) on a pair, with its part `along_normal` (N s) along the normal, to the sums of its
+// particles. Both elements are pressed.
+void add_to(ContactImpulses& tally, const RepulsionPair& pair, const Vec3& impulse, double along_normal) {
+  for (std::size_t i = 0; i < 4; ++i)
+    tally.add(as_index(pair.particle[i]), pair.weight[i] * impulse, std::abs(pair.weight[i]) * along_normal);
+}
+
 // Sets `pairs` to all that find(candidate, pairs) appends for the candidates, in the order of the candidates
 // for any number of threads.
 template <class Chunk, class Find>
@@ -280,7 +287,7 @@ void SelfRepulsion::find_approaching(const CollisionCandidates& candidates, cons
 // Friction takes at most as much tangential momentum as the normal impulse of the same visit allows
 // (Coulomb), so that the sum over the rounds remains in the friction cone.
 void SelfRepulsion::apply(double dt, const std::vector<Vec3>& x, const std::vector<double>& inverse_mass,
-                          std::vector<Vec3>& v) const {
+                          std::vector<Vec3>& v, ContactImpulses* tally) const {
   DUET_ASSERT(dt > 0 && x.size() == v.size() && inverse_mass.size() == v.size());
   for (int round = 0; round < rounds; ++round)
     for (const RepulsionPair& pair : pairs_) {
@@ -289,12 +296,20 @@ void SelfRepulsion::apply(double dt, const std::vector<Vec3>& x, const std::vect
       const double change = min_speed(pair, dt) - speed;
       if (change <= 0) continue;
       apply_impulse(pair, pair.mass * change * pair.normal, inverse_mass, v);
+      if (tally) add_to(*tally, pair, pair.mass * change * pair.normal, pair.mass * change);
       const Vec3 tangential = relative - speed * pair.normal;
       const double slip = tangential.norm();
       if (!(slip > 0) || !(pair.friction > 0)) continue;
       const Vec3 friction = -pair.mass * std::min(1.0, pair.friction * change / slip) * tangential;
       apply_impulse(pair, friction, inverse_mass, v);
+      const FourPoints before = corners(pair.particle, v);
       remove_angular_momentum(pair, (pair.distance * pair.normal).cross(friction), x, inverse_mass, v);
+      if (!tally) continue;
+      add_to(*tally, pair, friction, 0);
+      for (std::size_t i = 0; i < 4; ++i) {
+        const auto p = as_index(pair.particle[i]);
+        if (inverse_mass[p] > 0) tally->add(p, (v[p] - before[i]) / inverse_mass[p], 0);
+      }
     }
 }
 

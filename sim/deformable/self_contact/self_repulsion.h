@@ -2,6 +2,7 @@
 // deformable surfaces, of one body or of several, that are nearer to each other than their thickness h.
 #pragma once
 
+#include "sim/deformable/contact_impulses.h"
 #include "sim/deformable/materials/symmetric_block.h"
 #include "sim/deformable/particle_mask.h"
 #include "sim/deformable/particles.h"
@@ -63,9 +64,9 @@ class SelfRepulsion {
   /// nearer than h within `dt` (s).
   ///
   /// Pairs that are active rows of a solve may close a tenth of their gap to h. Linear and angular momentum
-  /// are kept.
+  /// are kept. Adds the impulses on all particles to `tally` unless it is null.
   void apply(double dt, const std::vector<Vec3>& x, const std::vector<double>& inverse_mass,
-             std::vector<Vec3>& v) const;
+             std::vector<Vec3>& v, ContactImpulses* tally = nullptr) const;
   /// Applies elastic impulses: pairs that are nearer than h separate by a tenth of what they lack within `dt`
   /// (s).
   void apply_elastic(double dt, const std::vector<double>& inverse_mass, std::vector<Vec3>& v) const;

@@ -110,6 +110,8 @@ Tube::Tube(const Curve& curve, double radius) : radius_(radius), is_closed_(curv
   update(curve.nodes, rest_);
 }
 
+std::size_t Tube::node(std::size_t position) const { return position / sides; }
+
 Vec3 Tube::tangent(std::span<const Vec3> x, std::size_t node) const {
   const std::size_t last = x.size() - 1;
   const std::size_t before = node > 0 ? node - 1 : (is_closed_ ? last : 0);

@@ -16,6 +16,8 @@ class ThickSheet {
   ThickSheet(const Sheet& sheet, double thickness);
   /// Returns the surface at rest.
   const Surface& rest() const { return rest_; }
+  /// Returns the node of the sheet at which a position of the surface is.
+  std::size_t node(std::size_t position) const { return position % (rest_.positions.size() / 2); }
   /// Moves `surface`, a copy of rest(), to where the nodes of the sheet are at `x` (m, world).
   void update(std::span<const Vec3> x, Surface& surface) const;
 
@@ -32,6 +34,8 @@ class Bead {
   explicit Bead(double radius);
   /// Returns the ball about the origin.
   const Surface& rest() const { return rest_; }
+  /// Returns 0, the only particle, for each position of the surface.
+  std::size_t node(std::size_t) const { return 0; }
   /// Moves `surface`, a copy of rest(), to the particle at x[0] (m, world).
   void update(std::span<const Vec3> x, Surface& surface) const;
 
@@ -46,6 +50,8 @@ class Tube {
   Tube(const Curve& curve, double radius);
   /// Returns the surface at rest.
   const Surface& rest() const { return rest_; }
+  /// Returns the node of the curve around which a position of the surface is.
+  std::size_t node(std::size_t position) const;
   /// Moves `surface`, a copy of rest(), to where the nodes of the curve are at `x` (m, world). The rings do
   /// not twist along the curve; the twist that a closed curve needs to close is spread over all of it.
   void update(std::span<const Vec3> x, Surface& surface) const;

@@ -27,6 +27,9 @@ struct Surface {
   /// The largest |stretch - 1| around each position (1), see FiniteElements::add_strain(); empty for surfaces
   /// of bodies that do not deform.
   std::vector<float> strain{};
+  /// Values around each position, in their unit, if pictures are to show them as colors in place of strain;
+  /// else empty.
+  std::vector<float> shown{};
 };
 
 }  // namespace duet

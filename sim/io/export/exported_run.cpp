@@ -109,6 +109,9 @@ FrameValues ExportedRun::read(int frame) const {
   }
   for (Vec3& x : values.points) x = scale_ * turned(x);
   for (Vec3f& v : values.velocities) v = (scale_ * turned(v.cast<double>())).cast<float>();
+  for (std::vector<Vec3>* all : {&values.contact.rigid_force, &values.contact.rigid_torque})
+    for (Vec3& x : *all) x = turned(x);
+  for (Vec3f& force : values.contact.force) force = turned(force.cast<double>()).cast<float>();
   return values;
 }
 

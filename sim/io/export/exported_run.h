@@ -86,8 +86,8 @@ class ExportedRun {
   char up() const { return up_; }
 
   /// Reads the values of a frame, in the axes and unit of the export. Positions and velocities are scaled,
-  /// angular velocities and strain are not. Throws FileError as read_values() does, and whatever the watch
-  /// throws.
+  /// angular velocities, strain, stress (Pa) and forces (N) are not. Throws FileError as read_values() does,
+  /// and whatever the watch throws.
   FrameValues read(int frame) const;
   /// Sets a function that read() calls with the frame before it reads. It may show progress, or throw to
   /// end the export.

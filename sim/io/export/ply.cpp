@@ -1,6 +1,7 @@
 // Writes the format `ply`: a binary Stanford PLY file a frame (G. Turk, The PLY Polygon File Format, 1994),
 // with all bodies in one mesh.
 #include <bit>
+#include <iterator>
 
 #include <fmt/format.h>
 
@@ -42,8 +43,15 @@ std::string head_text(const ExportedRun& run, const SplitSurfaces& all, const Fr
     text += fmt::format("comment body {} {}\n", i, printable_line(run.bodies()[i].name));
   text += fmt::format("element vertex {}\n", all.vertices.size());
   for (const char* name : {"x", "y", "z"}) text += fmt::format("property double {}\n", name);
-  for (const char* name : {"nx", "ny", "nz", "s", "t", "vx", "vy", "vz", "strain"})
+  for (const char* name : {"nx", "ny", "nz", "s", "t", "vx", "vy", "vz"})
     text += fmt::format("property float {}\n", name);
+  for (const PointValue& kind : point_values) {
+    if (!kind.is_in(values)) continue;
+    if (kind.scalars)
+      text += fmt::format("property float {}\n", kind.name);
+    else
+      text += fmt::format("property float {0}_x\nproperty float {0}_y\nproperty float {0}_z\n", kind.name);
+  }
   text +=
       fmt::format("property int body\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n",
                   all.triangles.size());
@@ -53,7 +61,8 @@ std::string head_text(const ExportedRun& run, const SplitSurfaces& all, const Fr
 }  // namespace
 
 ExportNotes export_ply(const ExportedRun& run, const FormatOptions&, const fs::path& folder) {
-  constexpr std::size_t vertex_bytes = 3 * sizeof(double) + 9 * sizeof(float) + sizeof(std::int32_t);
+  constexpr std::size_t vertex_bytes =
+      3 * sizeof(double) + (8 + 3 * std::size(point_values)) * sizeof(float) + sizeof(std::int32_t);
   constexpr std::size_t face_bytes = 1 + 3 * sizeof(std::int32_t);
   const SplitSurfaces all = split_surfaces(run);
   PlacedBodies bodies(run);
@@ -72,7 +81,13 @@ ExportNotes export_ply(const ExportedRun& run, const FormatOptions&, const fs::p
       vertices.add_vector(bodies.normal(v));
       vertices.add_vector(bodies.uv(v));
       vertices.add_vector(bodies.velocity(v));
-      vertices.add(bodies.strain(v, values));
+      for (const PointValue& kind : point_values) {
+        if (!kind.is_in(values)) continue;
+        if (kind.scalars)
+          vertices.add(bodies.of_point(v, kind.scalars(values)));
+        else
+          vertices.add_vector(bodies.of_point(v, kind.vectors(values)));
+      }
       vertices.add(static_cast<std::int32_t>(v.body));
     }
     OutputFile file(folder / fmt::format("{:04}.ply", frame));

@@ -47,13 +47,14 @@ void PlacedBodies::place(const FrameValues& values) {
   }
 }
 
-float PlacedBodies::strain(const SplitSurfaces::Vertex& v, const FrameValues& values) const {
-  return of_point(v, values.strain);
-}
-
 float PlacedBodies::of_point(const SplitSurfaces::Vertex& v, const std::vector<float>& values) const {
   const ExportedBody& body = bodies_[index(v.body)];
   return body.is_rigid() ? 0.0F : values[body.first_point + index(v.position)];
+}
+
+Vec3f PlacedBodies::of_point(const SplitSurfaces::Vertex& v, const std::vector<Vec3f>& values) const {
+  const ExportedBody& body = bodies_[index(v.body)];
+  return body.is_rigid() ? Vec3f::Zero() : values[body.first_point + index(v.position)];
 }
 
 }  // namespace duet::io

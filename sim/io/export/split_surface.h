@@ -54,10 +54,10 @@ struct PlacedBodies {
   const Vec3f& velocity(const SplitSurfaces::Vertex& v) const {
     return velocities_[index(v.body)][index(v.position)];
   }
-  /// Returns FrameValues::strain at a vertex, given the values of the frame; 0 for rigid bodies.
-  float strain(const SplitSurfaces::Vertex& v, const FrameValues& values) const;
-  /// Returns one of the values of the points of deformable bodies at a vertex; 0 for rigid bodies.
+  /// Returns one of the scalars of PointValue at a vertex; 0 for rigid bodies.
   float of_point(const SplitSurfaces::Vertex& v, const std::vector<float>& values) const;
+  /// Returns one of the vectors of PointValue at a vertex; zero for rigid bodies.
+  Vec3f of_point(const SplitSurfaces::Vertex& v, const std::vector<Vec3f>& values) const;
 
  private:
   static std::size_t index(int i) { return static_cast<std::size_t>(i); }

@@ -1,5 +1,5 @@
-// Writes the format `transforms`: the poses and velocities of the rigid bodies at each frame, as JSON and
-// as CSV, with all digits of the doubles.
+// Writes the format `transforms`: the poses and velocities of the rigid bodies at each frame, and the forces
+// of contact on them, as JSON and as CSV, with all digits of the doubles.
 #include <array>
 
 #include <fmt/format.h>
@@ -57,7 +57,9 @@ class Tables {
     text.pop_back();  // removes the closing brace: the frames follow
     json_text_.add(text);
     json_text_.add(",\n\"frames\":[");
-    csv_text_.add("frame,time,body,x,y,z,qw,qx,qy,qz,scale,vx,vy,vz,angular_x,angular_y,angular_z\n");
+    csv_text_.add(
+        "frame,time,body,x,y,z,qw,qx,qy,qz,scale,vx,vy,vz,angular_x,angular_y,angular_z,contact_force_x,"
+        "contact_force_y,contact_force_z,contact_torque_x,contact_torque_y,contact_torque_z\n");
   }
   void begin_frame(const FrameValues& values) {
     json_text_.add(frames_++ == 0 ? "\n{\"frame\":" : ",\n{\"frame\":");
@@ -67,8 +69,13 @@ class Tables {
     json_text_.add(",\"bodies\":[");
     rows_ = 0;
   }
+  // Adds the rigid body with this row. Fields of contact are left out, or empty in CSV, if the frame has
+  // none.
   void add(const FrameValues& values, const std::string& json_name, const std::string& csv_name,
-           const RigidMotion& motion) {
+           std::size_t row) {
+    const RigidMotion& motion = values.rigid.at(row);
+    const ContactLoads& contact = values.contact;
+    const bool has_contact = row < contact.rigid_force.size();
     TextBuilder& json = json_text_;
     json.add(rows_++ == 0 ? "\n{\"name\":" : ",\n{\"name\":");
     json.add(json_name);
@@ -77,6 +84,10 @@ class Tables {
     json.add(",\"scale\":1");
     add_array(json, ",\"velocity\":", motion.velocity);
     add_array(json, ",\"angular_velocity\":", motion.angular_velocity);
+    if (has_contact) {
+      add_array(json, ",\"contact_force\":", contact.rigid_force[row]);
+      add_array(json, ",\"contact_torque\":", contact.rigid_torque[row]);
+    }
     json.add("}");
 
     TextBuilder& csv = csv_text_;
@@ -90,6 +101,12 @@ class Tables {
     csv.add(",1");
     csv.numbers(',', motion.velocity);
     csv.numbers(',', motion.angular_velocity);
+    if (has_contact) {
+      csv.numbers(',', contact.rigid_force[row]);
+      csv.numbers(',', contact.rigid_torque[row]);
+    } else {
+      csv.add(",,,,,,");
+    }
     csv.add("\n");
     if (json.size() > piece_bytes) flush();
   }
@@ -136,7 +153,7 @@ ExportNotes export_transforms(const ExportedRun& run, const FormatOptions&, cons
     tables.begin_frame(values);
     for (std::size_t i = 0; i < run.bodies().size(); ++i)
       if (const ExportedBody& body = run.bodies()[i]; body.is_rigid())
-        tables.add(values, json_names[i], csv_names[i], values.rigid.at(static_cast<std::size_t>(body.row)));
+        tables.add(values, json_names[i], csv_names[i], static_cast<std::size_t>(body.row));
     tables.end_frame();
   }
   tables.end();

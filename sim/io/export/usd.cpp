@@ -32,8 +32,8 @@ class UsdStage {
   void write();
 
  private:
-  // Values of a deformable body at a frame, indexed by UsdValue.
-  using Texts = std::array<std::string, usd_value_count>;
+  // Values of a deformable body at a frame, by the number of the attribute.
+  using Texts = std::array<std::string, usd_attribute_count>;
 
   void read_frames();
   void write_frame(int frame, const std::vector<Texts>& values);
@@ -42,8 +42,8 @@ class UsdStage {
   void write_deformable(OutputFile& out, std::size_t deformable);
   void write_file(const fs::path& path, const std::string& text);
   // Returns a layer of overrides for the prims of bodies that move. rigid(body) returns the lines of the
-  // transform of a rigid body, deformable(index, value) an attribute of a deformable body, whose index
-  // counts deformable bodies alone.
+  // transform of a rigid body, deformable(index, attribute) an attribute of a deformable body, whose index
+  // counts deformable bodies alone; an empty text leaves it out.
   template <class Rigid, class Deformable>
   std::string overs(Rigid&& rigid, Deformable&& deformable) const;
   std::string head() const;
@@ -65,9 +65,10 @@ class UsdStage {
   std::map<int, std::string> materials_;  // identifiers of the looks of the bodies, by index of the look
   std::vector<UsdDeformable> deformables_;
   std::vector<std::size_t> deformable_bodies_;  // index of each of deformables_ in ExportedRun::bodies()
-  std::vector<std::array<UsdSamples, usd_value_count>> samples_;  // values of deformables_; empty with clips
-  bool has_clips_ = false;                                        // true if values are in a file a frame
-  std::uint64_t bytes_ = 0;                                       // bytes written so far
+  std::vector<std::array<UsdSamples, usd_attribute_count>> samples_;  // of deformables_; empty with clips
+  std::array<bool, usd_attribute_count> is_there_{};  // for each attribute whether a frame has had it
+  bool has_clips_ = false;                            // true if values are in a file a frame
+  std::uint64_t bytes_ = 0;                           // bytes written so far
 };
 
 bool is_still(const ExportedBody& body) { return body.kind == "static"; }
@@ -111,12 +112,15 @@ void UsdStage::read_frames() {
     poses_.add(values);
     std::vector<Texts> texts;
     for (UsdDeformable& body : deformables_) texts.push_back(body.at(values));
+    for (std::size_t k = 0; k < usd_attribute_count && !texts.empty(); ++k)
+      is_there_[k] = is_there_[k] || !texts.front()[k].empty();
     if (has_clips_) {
       write_frame(frame, texts);
       continue;
     }
     for (std::size_t i = 0; i < texts.size(); ++i)
-      for (std::size_t k = 0; k < usd_value_count; ++k) samples_[i][k].add(frame, std::move(texts[i][k]));
+      for (std::size_t k = 0; k < usd_attribute_count; ++k)
+        if (!texts[i][k].empty()) samples_[i][k].add(frame, std::move(texts[i][k]));
   }
 }
 
@@ -133,9 +137,9 @@ std::string UsdStage::overs(Rigid&& rigid, Deformable&& deformable) const {
       continue;
     }
     text += fmt::format("{0}{1}\n\n{0}over \"mesh\"\n{0}{{\n", body_indent,
-                        deformable(next, UsdValue::translate));
-    for (const UsdValue value : usd_values)
-      if (value != UsdValue::translate) text += mesh_indent + deformable(next, value) + "\n";
+                        deformable(next, static_cast<std::size_t>(UsdValue::translate)));
+    for (std::size_t k = 1; k < usd_attribute_count; ++k)
+      if (const std::string line = deformable(next, k); !line.empty()) text += mesh_indent + line + "\n";
     text += body_indent + "}\n        }\n";
     ++next;
   }
@@ -151,8 +155,8 @@ void UsdStage::write_frame(int frame, const std::vector<Texts>& values) {
     return body_indent + sample(usd_translate, usd_tuple(track.positions.back())) + "\n" + body_indent +
            sample(usd_orient, usd_tuple(track.orientations.back())) + "\n";
   };
-  write_file(folder_ / frame_file(frame), overs(rigid, [&](std::size_t i, UsdValue value) {
-               return sample(usd_declaration(value), values[i][static_cast<std::size_t>(value)]);
+  write_file(folder_ / frame_file(frame), overs(rigid, [&](std::size_t i, std::size_t k) {
+               return values[i][k].empty() ? std::string() : sample(usd_declaration(k), values[i][k]);
              }));
 }
 
@@ -163,9 +167,10 @@ std::string declared_transform() {
 }
 
 void UsdStage::write_clip_manifest() {
-  write_file(folder_ / "frames" / "manifest.usda",
-             overs([](std::size_t) { return declared_transform(); },
-                   [](std::size_t, UsdValue value) { return std::string(usd_declaration(value)); }));
+  write_file(
+      folder_ / "frames" / "manifest.usda",
+      overs([](std::size_t) { return declared_transform(); },
+            [&](std::size_t, std::size_t k) { return is_there_[k] ? usd_declaration(k) : std::string(); }));
 }
 
 void UsdStage::write_file(const fs::path& path, const std::string& text) {
@@ -258,20 +263,21 @@ std::string UsdStage::rigid_body(std::size_t body) const {
 void UsdStage::write_deformable(OutputFile& out, std::size_t deformable) {
   const std::size_t body = deformable_bodies_[deformable];
   const Surface& surface = run_.bodies()[body].rest;
-  const auto put_attribute = [&](UsdValue value, const std::string& indent) {
+  const auto put_attribute = [&](std::size_t k, const std::string& indent) {
     // With clips the attribute is declared without a value, which would hide those of the clips.
-    UsdSamples& samples = samples_[deformable][static_cast<std::size_t>(value)];
-    put(out, has_clips_ ? fmt::format("{}{}\n", indent, usd_declaration(value))
-                        : samples.text(indent, usd_declaration(value)));
+    UsdSamples& samples = samples_[deformable][k];
+    if (is_there_[k])
+      put(out, has_clips_ ? fmt::format("{}{}\n", indent, usd_declaration(k))
+                          : samples.text(indent, usd_declaration(k)));
     samples = {};
   };
   put(out, body_start(body));
-  put_attribute(UsdValue::translate, body_indent);
+  put_attribute(static_cast<std::size_t>(UsdValue::translate), body_indent);
   put(out, body_indent + "uniform token[] xformOpOrder = [\"xformOp:translate\"]\n" + mesh_start(body));
-  for (const UsdValue value : usd_values)
-    if (value != UsdValue::translate) put_attribute(value, mesh_indent);
-  put(out, fmt::format("{}{} ( interpolation = \"{}\" )\n", mesh_indent, usd_declaration(UsdValue::normals),
-                       usd_normal_interpolation(surface)));
+  for (std::size_t k = 1; k < usd_attribute_count; ++k) put_attribute(k, mesh_indent);
+  for (std::size_t k = 1; k < usd_attribute_count; ++k)
+    if (const std::string metadata = usd_metadata(k, surface); is_there_[k] && !metadata.empty())
+      put(out, fmt::format("{}{}{}\n", mesh_indent, usd_declaration(k), metadata));
   put(out, usd_topology(surface, mesh_indent) + body_indent + "}\n        }\n\n");
 }
 

@@ -74,26 +74,51 @@ const char* usd_declaration(UsdValue value) {
   return "";
 }
 
+std::string usd_declaration(std::size_t attribute) {
+  if (attribute < usd_value_count) return usd_declaration(usd_values[attribute]);
+  const PointValue& kind = point_values[attribute - usd_value_count];
+  return fmt::format("{}[] primvars:{}", kind.scalars ? "float" : "vector3f", kind.name);
+}
+
+std::string usd_metadata(std::size_t attribute, const Surface& surface) {
+  const bool is_normals = attribute == static_cast<std::size_t>(UsdValue::normals);
+  if (!is_normals && attribute < usd_value_count) return {};
+  return fmt::format(" ( interpolation = \"{}\" )",
+                     is_normals ? usd_normal_interpolation(surface) : "vertex");
+}
+
 const char* usd_normal_interpolation(const Surface& surface) {
   return has_vertex_normals(surface) ? "vertex" : "faceVarying";
 }
 
-std::array<std::string, usd_value_count> UsdDeformable::at(const FrameValues& values) {
+std::array<std::string, usd_attribute_count> UsdDeformable::at(const FrameValues& values) {
   place(body_, values, surface_);
   const Vec3& origin = local_.follow(surface_.positions);
   points_.clear();
   for (const Vec3& x : surface_.positions) points_.push_back((x - origin).cast<float>());
   velocities(body_, values, velocities_);
-  return {usd_tuple(origin), usd_array(points_), extent_text(points_), usd_rounded_array(surface_.normals),
-          usd_array(velocities_)};
+  std::array<std::string, usd_attribute_count> texts{
+      usd_tuple(origin), usd_array(points_), extent_text(points_), usd_rounded_array(surface_.normals),
+      usd_array(velocities_)};
+  const auto of_body = [&](const auto& all) {
+    const auto first = all.begin() + static_cast<std::ptrdiff_t>(body_.first_point);
+    return std::decay_t<decltype(all)>(first, first + static_cast<std::ptrdiff_t>(points_.size()));
+  };
+  for (std::size_t i = 0; i < std::size(point_values); ++i) {
+    const PointValue& kind = point_values[i];
+    if (!kind.is_in(values)) continue;
+    texts[usd_value_count + i] = kind.scalars ? usd_rounded_array(of_body(kind.scalars(values)))
+                                              : usd_array(of_body(kind.vectors(values)));
+  }
+  return texts;
 }
 
 std::uint64_t usd_frame_bytes(const ExportedBody& body) {
   // Measured lengths in bytes: a vector is three numbers of 9 digits, a normal three of 4, a pose seven of
-  // 17.
-  constexpr std::uint64_t of_vector = 38, of_normal = 26, of_pose = 190;
+  // 17, and the values of a point have 5 digits each, or are zeros where nothing touches it.
+  constexpr std::uint64_t of_vector = 38, of_normal = 26, of_pose = 190, of_values = 50;
   if (body.is_rigid()) return of_pose;
-  return 2 * of_vector * body.rest.positions.size() + of_normal * body.rest.normals.size();
+  return (2 * of_vector + of_values) * body.rest.positions.size() + of_normal * body.rest.normals.size();
 }
 
 }  // namespace duet::io

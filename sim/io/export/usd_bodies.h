@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -35,6 +36,15 @@ inline constexpr std::size_t usd_value_count = usd_values.size();
 /// Returns the type and the name of an attribute. `translate` belongs to the body's Xform, the others to
 /// its Mesh.
 const char* usd_declaration(UsdValue value);
+
+/// Number of attributes of a deformable body that change from frame to frame: those of UsdValue, and then a
+/// primvar for each of point_values.
+inline constexpr std::size_t usd_attribute_count = usd_value_count + std::size(point_values);
+/// Returns the type and the name of the attribute with this number.
+std::string usd_declaration(std::size_t attribute);
+/// Returns the metadata of the attribute with this number, such as " ( interpolation = \"vertex\" )"; empty
+/// if it has none. `surface` is the body's.
+std::string usd_metadata(std::size_t attribute, const Surface& surface);
 /// Returns the interpolation of the normals: "vertex" if position i has normal i everywhere, and otherwise
 /// "faceVarying"; usd_topology() then writes the index of the normal of each corner.
 const char* usd_normal_interpolation(const Surface& surface);
@@ -47,9 +57,9 @@ class UsdDeformable {
 
   /// Returns the body.
   const ExportedBody& body() const { return body_; }
-  /// Returns the text of each attribute at a frame, indexed by UsdValue. Frames have to come in order,
-  /// because the translation follows the body (LocalOrigin).
-  std::array<std::string, usd_value_count> at(const FrameValues& values);
+  /// Returns the text of each attribute at a frame, by its number; empty if the frame lacks it. Frames have
+  /// to come in order, because the translation follows the body (LocalOrigin).
+  std::array<std::string, usd_attribute_count> at(const FrameValues& values);
 
  private:
   const ExportedBody& body_;

@@ -117,6 +117,15 @@ std::string usd_rounded_array(const std::vector<Vec3f>& vectors) {
   return vectors_text(rounded);
 }
 
+std::string usd_rounded_array(const std::vector<float>& numbers) {
+  fmt::memory_buffer text;
+  text.push_back('[');
+  for (std::size_t i = 0; i < numbers.size(); ++i)
+    fmt::format_to(std::back_inserter(text), "{}{:.5g}", i > 0 ? ", " : "", numbers[i]);
+  text.push_back(']');
+  return fmt::to_string(text);
+}
+
 void UsdSamples::add(int frame, std::string value) {
   DUET_ASSERT(frames_.empty() || frame > frames_.back());
   const std::size_t count = values_.size();

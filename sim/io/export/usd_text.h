@@ -42,6 +42,9 @@ std::string usd_array(const std::vector<int>& numbers);
 /// serves normals: the error of 5e-5 is invisible, and the text is shorter.
 std::string usd_rounded_array(const std::vector<Vec3f>& vectors);
 
+/// Returns an array of numbers that are rounded to five significant digits.
+std::string usd_rounded_array(const std::vector<float>& numbers);
+
 /// Values of an attribute at frames, as text. Of successive frames with one value only the first and the
 /// last have a sample, because readers interpolate between samples. A value that never changes is written
 /// without samples.

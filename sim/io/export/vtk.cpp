@@ -169,13 +169,14 @@ class Frames {
     file.add("Float32", "normal", 3, gathered<Vec3f>([&](auto& v) { return bodies_.normal(v); }));
     file.add("Float32", "uv", 2, uvs_);
     if (all_.has_deformable)
-      for (const auto& [name, values_of_points] :
-           {std::pair("strain", &values.strain), std::pair("stress", &values.stress),
-            std::pair("energy_density", &values.energy_density)}) {
-        if (values_of_points->empty()) continue;
-        const auto& of_points = *values_of_points;  // clang 14 lets no lambda capture a structured binding
-        file.add("Float32", name, 1,
-                 gathered<float>([&](auto& v) { return bodies_.of_point(v, of_points); }));
+      for (const PointValue& kind : point_values) {
+        if (!kind.is_in(values)) continue;
+        if (kind.scalars)
+          file.add("Float32", kind.name, 1,
+                   gathered<float>([&](auto& v) { return bodies_.of_point(v, kind.scalars(values)); }));
+        else
+          file.add("Float32", kind.name, 3,
+                   gathered<Vec3f>([&](auto& v) { return bodies_.of_point(v, kind.vectors(values)); }));
       }
     file.add("</PointData>\n<CellData Scalars=\"body\">\n");
     file.add("Int32", "body", 1, all_.triangle_body);

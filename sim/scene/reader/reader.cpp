@@ -282,6 +282,15 @@ void SceneReader::read_render() {
                   fmt::format("{} times the picture's longer edge must be <= {} samples, is {}",
                               render.supersampling, max_picture_edge, edge),
                   "lower supersampling, width or height");
+  const bool has_range = render.color == ColorBy::stress || render.color == ColorBy::contact;
+  if (has_range && !render.color_range)
+    problems_.add(place_of(*table_of_render, "color"), "render.color",
+                  "needs `color_range`, the value at the yellow end of the colors",
+                  "set render.color_range, in Pa");
+  if (!has_range && render.color_range)
+    problems_.add(place_of(*table_of_render, "color_range"), "render.color_range",
+                  "has no effect unless `color` is \"stress\" or \"contact\"",
+                  "remove it, or set render.color; strain has `strain_range`");
 }
 
 void SceneReader::check_body_name(const std::string& name, const toml::table& table,

@@ -81,13 +81,27 @@ TEST(Looks, DeformableBodiesWearTheirStrain) {
   io::Manifest manifest = wearing("orange");
   manifest.bodies[1].kind = "deformable";
   scene::Scene scene = two_looks();
-  EXPECT_EQ(assign_looks(scene, manifest).strain, -1);
+  EXPECT_EQ(assign_looks(scene, manifest).of_values, -1);
   scene.render.color = scene::ColorBy::strain;
   const LookTable table = assign_looks(scene, manifest);
   EXPECT_EQ(look_of(table, "first").name, "silver");
-  EXPECT_EQ(table.of_body.at("second"), table.strain);
-  EXPECT_EQ(table.looks.size(), static_cast<std::size_t>(table.strain) + 2);
+  EXPECT_EQ(table.of_body.at("second"), table.of_values);
+  EXPECT_EQ(table.looks.size(), static_cast<std::size_t>(table.of_values) + 2);
   EXPECT_EQ(table.looks.back().color, inverted_color);
+}
+
+// Thin bodies have no stress, and contact.
+TEST(Looks, ThinBodiesWearContactAlone) {
+  io::Manifest manifest = wearing("orange");
+  manifest.bodies[1].kind = "deformable";
+  manifest.bodies[1].has_strain = false;
+  scene::Scene scene = two_looks();
+  scene.render.color_range = 1e4;
+  scene.render.color = scene::ColorBy::stress;
+  EXPECT_EQ(look_of(assign_looks(scene, manifest), "second").name, "orange");
+  scene.render.color = scene::ColorBy::contact;
+  const LookTable table = assign_looks(scene, manifest);
+  EXPECT_EQ(table.of_body.at("second"), table.of_values);
 }
 
 }  // namespace

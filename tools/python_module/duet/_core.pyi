@@ -46,6 +46,18 @@ class BodyFrame:
     def strain(self) -> NDArray[np.float32]:
         """(n,): largest |principal stretch - 1| around each point; -1 where an element is inverted."""
     @property
+    def stress(self) -> NDArray[np.float32]:
+        """(n,), Pa: von Mises' equivalent of the elastic stress around each point."""
+    @property
+    def energy_density(self) -> NDArray[np.float32]:
+        """(n,), J/m^3: elastic energy over the volume at rest around each point."""
+    @property
+    def contact_force(self) -> NDArray[np.float32]:
+        """(n, 3), N: force of contact at each point of a deformable body, mean over the frame."""
+    @property
+    def contact_pressure(self) -> NDArray[np.float32]:
+        """(n,), Pa: normal force of contact over area at each point, mean over the frame."""
+    @property
     def triangles(self) -> NDArray[np.int32]:
         """(m, 3): rows of `points`."""
     @property
@@ -72,6 +84,12 @@ class BodyFrame:
     @property
     def angular_velocity(self) -> NDArray[np.float64]:
         """(3,), rad/s."""
+    @property
+    def net_contact_force(self) -> NDArray[np.float64]:
+        """(3,), N: force of contact, mean over the frame."""
+    @property
+    def net_contact_torque(self) -> NDArray[np.float64]:
+        """(3,), N m: torque of contact about the center of mass, mean over the frame."""
 
 class FrameData:
     @property
@@ -93,6 +111,18 @@ class FrameData:
     def velocities(self) -> NDArray[np.float64]: ...
     @property
     def strain(self) -> NDArray[np.float32]: ...
+    @property
+    def stress(self) -> NDArray[np.float32]: ...
+    @property
+    def energy_density(self) -> NDArray[np.float32]: ...
+    @property
+    def contact_force(self) -> NDArray[np.float32]: ...
+    @property
+    def contact_pressure(self) -> NDArray[np.float32]: ...
+    @property
+    def contact_forces(self) -> NDArray[np.float64]: ...
+    @property
+    def contact_torques(self) -> NDArray[np.float64]: ...
     @property
     def triangles(self) -> NDArray[np.int32]: ...
     @property

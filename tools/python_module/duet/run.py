@@ -66,7 +66,9 @@ class Run:
     def values(self, frame: int) -> NDArray[np.void]:
         """Returns the record of a frame. Its fields are ``position`` (R, 3), ``orientation`` (R, 4), ``velocity``
         and ``angular_velocity`` (R, 3) of rigid bodies, and ``point``, ``point_velocity`` (n, 3) and ``strain``
-        (n,) of the points of deformable bodies; in m, s and rad."""
+        (n,) of the points of deformable bodies; in m, s and rad. Newer runs also have ``contact_force`` and
+        ``contact_torque`` (R, 3), and ``stress``, ``energy_density``, ``contact_pressure`` (n,) and
+        ``point_contact_force`` (n, 3); in N, N m, Pa and J/m^3."""
         return _record(self.path / "values" / f"{frame:04d}.npy")
 
     def mesh(self, frame: int, body: str) -> tuple[NDArray[np.float64], NDArray[np.int32]]:

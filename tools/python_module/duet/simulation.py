@@ -120,6 +120,28 @@ class Frame:
         return self._data.strain
 
     @property
+    def stress(self) -> Floats:
+        """(N,), Pa: von Mises' equivalent of the elastic stress around each point; 0 for rigid bodies, shells and
+        rods."""
+        return self._data.stress
+
+    @property
+    def energy_density(self) -> Floats:
+        """(N,), J/m^3: elastic energy over the volume at rest around each point; 0 where `stress` is 0."""
+        return self._data.energy_density
+
+    @property
+    def contact_force(self) -> Floats:
+        """(N, 3), N: force of contact at each point of deformable bodies, friction included, as the mean over the
+        time since the frame before; 0 for rigid bodies, which have `contact_forces`."""
+        return self._data.contact_force
+
+    @property
+    def contact_pressure(self) -> Floats:
+        """(N,), Pa: normal force of contact over the area around each point, the mean over the frame."""
+        return self._data.contact_pressure
+
+    @property
     def triangles(self) -> Integers:
         """(T, 3): rows of `points`, counter-clockwise seen from outside."""
         return self._data.triangles
@@ -144,6 +166,16 @@ class Frame:
         """(R, 4, 4): poses of rigid bodies as matrices from body space (center of mass, principal axes) to the
         world."""
         return self._data.transforms
+
+    @property
+    def contact_forces(self) -> Doubles:
+        """(R, 3), N: force of contact on each rigid body, friction included, the mean over the frame."""
+        return self._data.contact_forces
+
+    @property
+    def contact_torques(self) -> Doubles:
+        """(R, 3), N m: torque of contact about the center of mass of each rigid body, the mean over the frame."""
+        return self._data.contact_torques
 
     @property
     def positions(self) -> Doubles:

@@ -103,6 +103,10 @@ class Views(unittest.TestCase):
         self.assertEqual([body.kind for body in frame], ["rigid", "static", "deformable"])
         for array, shape, kind in (
             (frame.points, (n, 3), "f8"), (frame.velocities, (n, 3), "f8"), (frame.strain, (n,), "f4"),
+            (frame.stress, (n,), "f4"), (frame.energy_density, (n,), "f4"), (frame.contact_pressure, (n,), "f4"),
+            (frame.contact_force, (n, 3), "f4"), (frame.contact_forces, (2, 3), "f8"),
+            (frame.contact_torques, (2, 3), "f8"), (frame["box"].net_contact_force, (3,), "f8"),
+            (frame["jelly"].contact_force, (len(frame["jelly"].points), 3), "f4"),
             (frame.triangles, (len(frame.triangles), 3), "i4"), (frame.particles, (27, 3), "f8"),
             (frame.particle_velocities, (particles, 3), "f8"), (frame.tetrahedra, (40, 4), "i4"),
             (frame.transforms, (2, 4, 4), "f8"), (frame.orientations, (2, 4), "f8"),

@@ -185,6 +185,13 @@ TEST(ExportedRun, AxesAndScaleActOnAllAlike) {
     }
     EXPECT_EQ(b.time, a.time);
     EXPECT_EQ(b.strain, a.strain);
+    EXPECT_EQ(b.contact.pressure, a.contact.pressure);
+    for (std::size_t i = 0; i < a.contact.force.size(); ++i)  // forces turn and keep their unit
+      EXPECT_LT((b.contact.force[i] - axes.cast<float>() * a.contact.force[i]).norm(), 1e-5F);
+    for (std::size_t i = 0; i < a.rigid.size(); ++i) {
+      EXPECT_LT((b.contact.rigid_force[i] - axes * a.contact.rigid_force[i]).norm(), 1e-14);
+      EXPECT_LT((b.contact.rigid_torque[i] - axes * a.contact.rigid_torque[i]).norm(), 1e-14);
+    }
   }
 }
 

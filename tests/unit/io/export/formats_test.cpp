@@ -116,7 +116,10 @@ TEST(ExportTransforms, HoldsAllDigitsInBothTables) {
   EXPECT_EQ(table.at("units_per_meter"), 100);
   EXPECT_EQ(table.at("quaternion"), "w, x, y, z");
   const std::vector<std::string> rows = split(read_file(written.folder / "transforms.csv"), '\n');
-  EXPECT_EQ(rows[0], "frame,time,body,x,y,z,qw,qx,qy,qz,scale,vx,vy,vz,angular_x,angular_y,angular_z");
+  EXPECT_EQ(
+      rows[0],
+      "frame,time,body,x,y,z,qw,qx,qy,qz,scale,vx,vy,vz,angular_x,angular_y,angular_z,"
+      "contact_force_x,contact_force_y,contact_force_z,contact_torque_x,contact_torque_y,contact_torque_z");
   ASSERT_EQ(rows.size(), 1 + 2 * 6U);
   ASSERT_EQ(table.at("frames").size(), 6U);
   for (int frame = 0; frame <= 5; ++frame) {
@@ -133,10 +136,13 @@ TEST(ExportTransforms, HoldsAllDigitsInBothTables) {
       EXPECT_EQ(vec3(body.at("position")), motion.pose.position);
       EXPECT_EQ(vec3(body.at("velocity")), motion.velocity);
       EXPECT_EQ(vec3(body.at("angular_velocity")), motion.angular_velocity);
+      const Vec3 &force = values.contact.rigid_force[i], &torque = values.contact.rigid_torque[i];
+      EXPECT_EQ(vec3(body.at("contact_force")), force);
+      EXPECT_EQ(vec3(body.at("contact_torque")), torque);
       EXPECT_EQ(body.at("scale"), 1);
       EXPECT_EQ(body.at("orientation"), (json{q.w(), q.x(), q.y(), q.z()}));
       const std::vector<std::string> row = split(rows[1 + 2 * static_cast<std::size_t>(frame) + i], ',');
-      ASSERT_EQ(row.size(), 17U);
+      ASSERT_EQ(row.size(), 23U);
       EXPECT_EQ(row[2], written.run.bodies()[i].name);
       const std::vector<double> expected = {static_cast<double>(frame),
                                             values.time,
@@ -154,7 +160,13 @@ TEST(ExportTransforms, HoldsAllDigitsInBothTables) {
                                             motion.velocity.z(),
                                             motion.angular_velocity.x(),
                                             motion.angular_velocity.y(),
-                                            motion.angular_velocity.z()};
+                                            motion.angular_velocity.z(),
+                                            force.x(),
+                                            force.y(),
+                                            force.z(),
+                                            torque.x(),
+                                            torque.y(),
+                                            torque.z()};
       for (std::size_t k = 0; k < row.size(); ++k)
         EXPECT_TRUE(k == 2 || std::stod(row[k]) == expected[k]) << row[k];
     }
@@ -204,7 +216,7 @@ TEST(ExportObj, HoldsAllDigitsAndTheLooks) {
   EXPECT_TRUE(contains(written.notes[0], "patterns")) << written.notes[0];
 }
 
-TEST(ExportPly, HoldsPositionsVelocitiesAndStrain) {
+TEST(ExportPly, HoldsTheValuesOfEveryVertex) {
   const Written written(export_ply, {{}, {}, {}, 'z', 2});
   for (int frame = 0; frame <= 5; ++frame) {
     const std::string bytes = read_file(written.folder / fmt::format("{:04}.ply", frame));
@@ -235,8 +247,11 @@ TEST(ExportPly, HoldsPositionsVelocitiesAndStrain) {
       const float s = in.take<float>(), t = in.take<float>();
       EXPECT_EQ(Vec2f(s, t), placed[body].uvs[static_cast<std::size_t>(v.uv)]);
       EXPECT_EQ(in.take3<float>(), speeds[body][position]);
-      const float strain = in.take<float>();
-      EXPECT_EQ(strain, body < 2 ? 0.0F : values.strain[(body - 2) * 8 + position]);
+      const std::size_t point = (body - 2) * 8 + position;  // of deformable bodies
+      for (const std::vector<float>* of_points :
+           {&values.strain, &values.stress, &values.energy_density, &values.contact.pressure})
+        EXPECT_EQ(in.take<float>(), body < 2 ? 0.0F : (*of_points)[point]);
+      EXPECT_EQ(in.take3<float>(), body < 2 ? Vec3f(Vec3f::Zero()) : values.contact.force[point]);
       const int written_body = in.take<std::int32_t>();
       EXPECT_EQ(written_body, v.body);
       vertices.emplace_back(written_body, x);
@@ -418,7 +433,9 @@ TEST(ExportVtk, HoldsTheFieldsOfEveryVertex) {
       const auto displacement = file.array<Vec3f>("displacement"), velocity = file.array<Vec3f>("velocity"),
                  normal = file.array<Vec3f>("normal");
       const auto strain = file.array<float>("strain"), stress = file.array<float>("stress"),
-                 energy = file.array<float>("energy_density");
+                 energy = file.array<float>("energy_density"),
+                 pressure = file.array<float>("contact_pressure");
+      const auto force = file.array<Vec3f>("contact_force");
       const std::vector<Surface> placed = written.placed(frame);
       ASSERT_EQ(points.size(), all.vertices.size());
       for (std::size_t i = 0; i < points.size(); ++i) {
@@ -430,6 +447,9 @@ TEST(ExportVtk, HoldsTheFieldsOfEveryVertex) {
         EXPECT_EQ(strain[i], body < 2 ? 0.0F : values.strain[(body - 2) * 8 + position]);
         EXPECT_EQ(stress[i], body < 2 ? 0.0F : values.stress[(body - 2) * 8 + position]);
         EXPECT_EQ(energy[i], body < 2 ? 0.0F : values.energy_density[(body - 2) * 8 + position]);
+        EXPECT_EQ(pressure[i], body < 2 ? 0.0F : values.contact.pressure[(body - 2) * 8 + position]);
+        EXPECT_EQ(force[i],
+                  body < 2 ? Vec3f(Vec3f::Zero()) : values.contact.force[(body - 2) * 8 + position]);
         std::vector<Vec3f> speeds;
         velocities(written.run.bodies()[body], values, speeds);
         EXPECT_EQ(velocity[i], speeds[position]);

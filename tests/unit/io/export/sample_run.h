@@ -89,6 +89,8 @@ class SampleRun {
     wall.pose.position = home(1);
     wall.pose.orientation = Quat(Eigen::AngleAxisd(0.1, Vec3::UnitZ()));
     result.rigid = {block, wall};
+    result.contact.rigid_force = {Vec3(1, 2, 3 + frame), Vec3(-1, 0.1, frame)};
+    result.contact.rigid_torque = {Vec3(4, 5 + frame, 6), Vec3(0, -1.0 / 3, frame)};
     for (std::size_t i : {2, 3})
       for (const Vec3& x : bodies[i].surface.positions) {
         const Vec3 arm = x - home(i);
@@ -99,6 +101,8 @@ class SampleRun {
         result.strain.push_back(static_cast<float>(0.1 * frame + arm.x()));
         result.stress.push_back(static_cast<float>(1e6 * (1 + frame + arm.y())));
         result.energy_density.push_back(static_cast<float>(1e3 * (1 + frame + arm.z())));
+        result.contact.force.push_back((frame * Vec3(arm.x(), 2, 3 * arm.z())).cast<float>());
+        result.contact.pressure.push_back(static_cast<float>(100 * (1 + frame + arm.x())));
       }
     return result;
   }

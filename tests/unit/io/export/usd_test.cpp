@@ -188,6 +188,26 @@ void expect_same_faces(const Usda& usda, const std::string& mesh, const Surface&
   }
 }
 
+// Checks a quantity at the points of a deformable body: numbers have five digits, vectors all of them.
+void expect_same_values(const PointValue& kind, const ExportedBody& body, const FrameValues& values,
+                        const Usda& usda, int frame) {
+  const std::string mesh = "/run/bodies/" + body.name + "/mesh", name = std::string("primvars:") + kind.name;
+  const std::size_t first = body.first_point, count = body.rest.positions.size();
+  if (kind.scalars) {
+    const std::vector<double> written = usda.numbers(mesh, name, frame);
+    ASSERT_EQ(written.size(), count) << name;
+    for (std::size_t i = 0; i < count; ++i) {
+      const double expected = kind.scalars(values)[first + i];
+      EXPECT_NEAR(written[i], expected, 1e-4 * std::abs(expected)) << name;
+    }
+    return;
+  }
+  const std::vector<Vec3> written = usda.vectors(mesh, name, frame);
+  ASSERT_EQ(written.size(), count) << name;
+  for (std::size_t i = 0; i < count; ++i)
+    EXPECT_EQ(Vec3f(written[i].cast<float>()), kind.vectors(values)[first + i]) << name;
+}
+
 // Checks every body at every frame. `tolerance` is relative to the size of a body, and `has_clips` says
 // whether the stage has a file for each frame.
 void expect_same_motion(const fs::path& folder, const ExportedRun& run, bool has_clips, double tolerance) {
@@ -234,6 +254,7 @@ void expect_same_motion(const fs::path& folder, const ExportedRun& run, bool has
       std::vector<Vec3f> written;
       for (const Vec3& v : at_frame.vectors(mesh, "velocities", frame)) written.emplace_back(v.cast<float>());
       EXPECT_EQ(written, speeds);
+      for (const PointValue& kind : point_values) expect_same_values(kind, body, values, at_frame, frame);
     }
   }
 }

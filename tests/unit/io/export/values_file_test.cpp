@@ -72,6 +72,10 @@ TEST(ValuesFile, AFrameComesBackToTheBit) {
   EXPECT_EQ(read.strain, values.strain);
   EXPECT_EQ(read.stress, values.stress);
   EXPECT_EQ(read.energy_density, values.energy_density);
+  expect_same(read.contact.rigid_force, values.contact.rigid_force);
+  expect_same(read.contact.rigid_torque, values.contact.rigid_torque);
+  expect_same(read.contact.force, values.contact.force);
+  EXPECT_EQ(read.contact.pressure, values.contact.pressure);
 }
 
 // Files of programs that wrote no stress are read as before.
@@ -85,6 +89,43 @@ TEST(ValuesFile, FramesWithoutStressAreRead) {
   EXPECT_EQ(read.strain, values.strain);
   EXPECT_TRUE(read.stress.empty());
   EXPECT_TRUE(read.energy_density.empty());
+  EXPECT_TRUE(read.contact.force.empty());
+}
+
+// Files of programs that wrote stress, and no forces of contact, are read as before.
+TEST(ValuesFile, FramesWithoutContactAreRead) {
+  const SampleRun sample;
+  FrameValues values = sample.values(3);
+  values.contact = {};
+  sample.run.write(sample.run.values(3), npy_text(values));
+  const FrameValues read = read_values(sample.run, sample.manifest.bodies, 3);
+  EXPECT_EQ(read.stress, values.stress);
+  EXPECT_EQ(read.energy_density, values.energy_density);
+  EXPECT_TRUE(read.contact.rigid_force.empty());
+  EXPECT_TRUE(read.contact.force.empty());
+  EXPECT_TRUE(read.contact.pressure.empty());
+}
+
+// Pictures show what they are asked for, and nothing if a frame lacks it.
+TEST(ValuesFile, ColorsAreThoseOfTheQuantity) {
+  const SampleRun sample;
+  FrameValues values = sample.values(3);
+  std::vector<BodySurface> bodies = sample.bodies;
+  const auto second = [](const std::vector<float>& all) { return std::vector(all.begin() + 8, all.end()); };
+  take_color(values, sample.manifest.bodies, scene::ColorBy::look, bodies);
+  EXPECT_TRUE(bodies[3].surface.shown.empty());
+  take_color(values, sample.manifest.bodies, scene::ColorBy::strain, bodies);
+  EXPECT_EQ(bodies[3].surface.strain, second(values.strain));
+  EXPECT_TRUE(bodies[3].surface.shown.empty());
+  take_color(values, sample.manifest.bodies, scene::ColorBy::stress, bodies);
+  EXPECT_EQ(bodies[3].surface.shown, second(values.stress));
+  take_color(values, sample.manifest.bodies, scene::ColorBy::contact, bodies);
+  EXPECT_EQ(bodies[3].surface.shown, second(values.contact.pressure));
+  EXPECT_TRUE(bodies[0].surface.shown.empty());
+  bodies = sample.bodies;
+  values.contact = {};
+  take_color(values, sample.manifest.bodies, scene::ColorBy::contact, bodies);
+  EXPECT_TRUE(bodies[3].surface.shown.empty());
 }
 
 TEST(ValuesFile, SurfacesAtRestComeBackToTheBit) {
@@ -108,7 +149,7 @@ TEST(ValuesFile, SurfacesAtRestComeBackToTheBit) {
 }
 
 // The format of NumPy requires that the length of the head is a multiple of 64. Here it is followed by the
-// frame and its time, 2 rigid bodies of 13 doubles, and 16 points.
+// frame and its time, 2 rigid bodies of 19 doubles, and 16 points.
 TEST(ValuesFile, HeadsAreThoseOfNumPy) {
   const SampleRun sample;
   const std::string frame = npy_text(sample.values(0));
@@ -117,7 +158,7 @@ TEST(ValuesFile, HeadsAreThoseOfNumPy) {
       10 + static_cast<unsigned char>(frame[8]) + 256 * static_cast<unsigned char>(frame[9]);
   EXPECT_EQ(head % 64, 0U);
   EXPECT_EQ(frame[head - 1], '\n');
-  EXPECT_EQ(frame.size() - head, 16 + 2 * 13 * 8 + 16 * (3 * 8 + 6 * 4));
+  EXPECT_EQ(frame.size() - head, 16 + 2 * 19 * 8 + 16 * (3 * 8 + 10 * 4));
 }
 
 TEST(ValuesFile, DamagedFramesAreRefused) {
@@ -155,12 +196,18 @@ TEST(ValuesFile, ForgedFramesAreRefused) {
   refuse([&](FrameValues& v) { v.strain[0] = static_cast<float>(infinite); });
   refuse([&](FrameValues& v) { v.stress[1] = static_cast<float>(nan); });
   refuse([&](FrameValues& v) { v.energy_density[2] = static_cast<float>(infinite); });
+  refuse([&](FrameValues& v) { v.contact.rigid_force[1].x() = nan; });
+  refuse([&](FrameValues& v) { v.contact.rigid_torque[0].y() = infinite; });
+  refuse([&](FrameValues& v) { v.contact.force[3].z() = static_cast<float>(nan); });
+  refuse([&](FrameValues& v) { v.contact.pressure[4] = static_cast<float>(infinite); });
   FrameValues fewer = sample.values(1);
   fewer.points.pop_back();
   fewer.velocities.pop_back();
   fewer.strain.pop_back();
   fewer.stress.pop_back();
   fewer.energy_density.pop_back();
+  fewer.contact.force.pop_back();
+  fewer.contact.pressure.pop_back();
   refuse_frame(sample, npy_text(fewer), "manifest.json lists");
 }
 

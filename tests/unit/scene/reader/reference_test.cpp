@@ -331,8 +331,9 @@ height = 200
 supersampling = 1
 shadow_samples = 4
 exposure = 2
-color = "strain"
+color = "stress"
 strain_range = 0.2
+color_range = 3e4
 )";
 
 std::set<std::string> keys_of_full_scene() {
