@@ -6,13 +6,24 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include "sim/io/run_directory.h"
+#include "sim/scene/reader/reader.h"
+
 namespace duet::tools {
 namespace {
 
-// Exports a run that came to its end in the formats of --formats, and adds to its outcome. Earlier exports of
-// the run are replaced. Stops at the first failure.
+// Returns the formats in which a run is to be exported at its end: those of --formats, or else of the scene.
+std::vector<std::string> formats_of(const SimulateOptions& options) {
+  if (!options.formats.empty() || options.stats_only) return options.formats;
+  const io::RunDirectory run{run_folder(options.scene, options.out)};
+  return scene::read(run.scene().string(), {}, scene::Meshes::leave).scene.output.formats;
+}
+
+// Exports a run that came to its end, and adds to its outcome. Earlier exports of the run are replaced. Stops
+// at the first failure.
 void add_exports(const SimulateOptions& options, Outcome& outcome, Report& report) {
-  for (const std::string& format : options.formats) {
+  if (outcome.status != ExitStatus::done) return;
+  for (const std::string& format : formats_of(options)) {
     if (outcome.status != ExitStatus::done) return;
     ExportOptions how;
     how.run = run_folder(options.scene, options.out).string();
@@ -52,10 +63,12 @@ void add_simulate(CLI::App& app, CommandLine& line, bool draw) {
                "Hashes of the state after every stage, in hashes.jsonl (`duet hashes --stages A B` compares "
                "two runs); "
                "slower, the same results");
-  CLI::Option* formats = app.add_option("--formats", options.formats,
-                                        "Export the run at its end, as `duet export --to` does: pc2,glb")
-                             ->delimiter(',')
-                             ->type_name("FORMAT,...");
+  CLI::Option* formats =
+      app.add_option("--formats", options.formats,
+                     "Export the run at its end, as `duet export --to` does: pc2,glb; in place "
+                     "of those of [output] formats in the scene")
+          ->delimiter(',')
+          ->type_name("FORMAT,...");
   if (!draw)
     app.add_flag("--stats-only", options.stats_only,
                  "Write stats.jsonl and checkpoints, no meshes and level sets")

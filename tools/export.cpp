@@ -35,7 +35,7 @@ struct Format {
   const char* what;  // description for --help
 };
 
-constexpr Format formats[] = {
+constexpr std::array formats = std::to_array<Format>({
     {"transforms", nullptr, false, false, false, io::export_transforms,
      "poses and velocities of rigid bodies, JSON and CSV"},
     {"obj", nullptr, false, false, false, io::export_obj, "a Wavefront OBJ file a frame, with materials"},
@@ -53,7 +53,12 @@ constexpr Format formats[] = {
      "a Blender scene, which Blender makes where it is installed"},
     {"vtk", nullptr, true, false, false, io::export_vtk,
      "VTK poly data with velocity, displacement, strain, stress and contact: ParaView"},
-};
+});
+
+// Scenes may ask for all formats, and for no others.
+static_assert(std::equal(formats.begin(), formats.end(), scene::export_formats.begin(),
+                         scene::export_formats.end(),
+                         [](const Format& format, std::string_view name) { return format.name == name; }));
 
 // Formats that users ask for and that are not written, with the alternative.
 constexpr std::pair<const char*, const char*> refused[] = {

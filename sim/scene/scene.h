@@ -12,6 +12,7 @@
 #include "sim/deformable/materials/material_model.h"
 #include "sim/geometry/mesh/triangle_mesh.h"
 #include "sim/rigid/kinematic_motion.h"
+#include "sim/scene/output.h"
 #include "sim/scene/picture.h"
 #include "sim/scene/solver.h"
 
@@ -399,6 +400,7 @@ struct Scene {
   Sky sky;                                 ///< Ambient light and background.
   std::vector<Look> looks;                 ///< Looks of surfaces.
   Render render;                           ///< Size and quality of the pictures.
+  Output output;                           ///< What is written besides the frames.
 };
 
 }  // namespace duet::scene

@@ -459,6 +459,11 @@ std::vector<Key> keys(Look& look) {
   };
 }
 
+std::vector<Key> keys(Output& output) {
+  return {{"formats", Words{&output.formats, {export_formats.begin(), export_formats.end()}}, "", any,
+           "exports at the end of run and sim, as by `duet export --to`; --formats replaces them"}};
+}
+
 std::vector<Key> keys(Render& render) {
   return {
       {"width", &render.width, "pixels", between(16, 16384), "of the picture"},
@@ -519,6 +524,7 @@ std::vector<Section> sections(Prototype& prototype) {
       {"sky", Layout::table, "light from all directions, and the background", keys(scene.sky)},
       {"looks", Layout::named, "how surfaces are drawn", keys(prototype.look)},
       {"render", Layout::table, "the pictures", keys(scene.render)},
+      {"output", Layout::table, "what a run writes besides its frames", keys(scene.output)},
   };
 }
 

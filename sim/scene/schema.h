@@ -51,6 +51,11 @@ struct Choice {
   std::size_t selected;                     ///< Index of the default word.
   std::function<void(std::size_t)> select;  ///< Assigns the word with this index to the object.
 };
+/// A target that is a list of words, each one of a few.
+struct Words {
+  std::vector<std::string>* chosen;     ///< The words of the list.
+  std::vector<std::string_view> names;  ///< The words that may be in it.
+};
 /// A target that is a table within the table.
 struct Group {
   std::vector<Key> keys;  ///< Keys of the inner table.
@@ -66,7 +71,7 @@ struct List {
 /// The value or structure that a key is bound to.
 using Target = std::variant<bool*, std::optional<bool>*, int*, double*, std::optional<double>*, Vec2*, Vec3*,
                             std::optional<Vec3>*, Eigen::Vector2i*, Vec3i*, std::vector<Vec3>*, std::string*,
-                            Name, Reference, References, Choice, Group, List>;
+                            Name, Reference, References, Choice, Words, Group, List>;
 
 /// Tells whether a table must have a key.
 enum class Presence {
@@ -184,6 +189,8 @@ std::vector<Key> keys(Sky& sky);
 std::vector<Key> keys(Look& look);
 /// Returns the keys of the table [render].
 std::vector<Key> keys(Render& render);
+/// Returns the keys of the table [output].
+std::vector<Key> keys(Output& output);
 
 /// Names of the presets in the file, in the order of Accuracy.
 inline constexpr std::string_view accuracy_names[] = {"draft", "standard", "fine"};

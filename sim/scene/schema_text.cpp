@@ -39,6 +39,7 @@ struct TypeText {
   }
   std::string operator()(const References&) const { return "names of rigid bodies"; }
   std::string operator()(const Choice&) const { return "word"; }
+  std::string operator()(const Words&) const { return "words"; }
   std::string operator()(const Group&) const { return "table"; }
   std::string operator()(const List&) const { return "tables"; }
 };
@@ -68,6 +69,7 @@ struct ValueText {
     return reference.name->empty() ? "none" : fmt::format("\"{}\"", *reference.name);
   }
   std::string operator()(const References&) const { return "none"; }
+  std::string operator()(const Words&) const { return "none"; }
   std::string operator()(const Choice& value) const {
     return fmt::format("\"{}\"", value.names[value.selected]);
   }

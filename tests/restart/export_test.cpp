@@ -249,6 +249,19 @@ TEST_F(Export, AnInterruptLeavesNothing) {
   }
 }
 
+// The scene asks for exports, and the command line for others in their place.
+TEST_F(Export, ScenesSayInWhichFormats) {
+  const std::string formats_of_scene = R"(output.formats=["ply", "glb"])";
+  const auto has = [&](const char* name) { return fs::exists(run.root / "export" / name); };
+  simulate(tiny, {"--frames", "2", "--set", formats_of_scene});
+  EXPECT_TRUE(has("ply/0002.ply") && has("tiny.glb") && !has("vtk"));
+  simulate(tiny, {"--frames", "2", "--set", formats_of_scene, "--formats", "vtk"});
+  EXPECT_TRUE(has("vtk/0002.vtp"));
+  fs::remove_all(run.root / "export");
+  simulate(tiny, {"--frames", "2", "--set", formats_of_scene, "--stats-only"});
+  EXPECT_FALSE(has("ply"));
+}
+
 // A run that a program still writes is exported as far as it has come.
 TEST_F(Export, ARunThatGrowsIsExportedAsItIs) {
   Program simulation({"sim", tiny, "--set", "frames=4000", "--out", run.root.string()});

@@ -44,6 +44,7 @@ struct ToPython {
   py::object operator()(const scene::Reference& v) const { return py::str(*v.name); }
   py::object operator()(const scene::References& v) const { return py::cast(*v.names); }
   py::object operator()(const scene::Choice& v) const { return py::str(std::string(v.names[v.selected])); }
+  py::object operator()(const scene::Words& v) const { return py::cast(*v.chosen); }
   py::object operator()(const scene::Group& v) const {
     py::dict dict;
     for (const Key& one : v.keys) dict[py::str(std::string(one.name))] = value_of(one);
@@ -99,6 +100,7 @@ py::object effective_value(scene::Scene& scene, const std::vector<std::string>& 
     if (section == "camera") return below(scene.camera);
     if (section == "sky") return below(scene.sky);
     if (section == "render") return below(scene.render);
+    if (section == "output") return below(scene.output);
     if (section == "ground") {
       if (!scene.ground) throw py::key_error("the scene has no ground");
       return below(*scene.ground);

@@ -101,6 +101,7 @@ Scene SceneReader::read() {
   if (const toml::table* ground = table("ground"))
     reader_.read(*ground, keys(scene_.ground.emplace()), "ground");
   for_each_in_list("joints", [&](auto&&... args) { read_joint(args...); });
+  if (const toml::table* output = table("output")) reader_.read(*output, keys(scene_.output), "output");
   if (const toml::table* sky = table("sky")) {
     scene_.has_sky = true;
     reader_.read(*sky, keys(scene_.sky), "sky");

@@ -225,6 +225,7 @@ void TableReader::read_value(const toml::node& node, const Key& key, const std::
             }
           },
           [&](const Choice& choice) { read_choice(node, key, path, choice); },
+          [&](const Words& target) { read_words(node, key, path, target); },
           [&](const Group& group) {
             if (group.given) *group.given = true;
             if (const toml::table* table = node.as_table())
@@ -331,6 +332,17 @@ void TableReader::read_choice(const toml::node& node, const Key& key, const std:
   const auto candidate = near_miss(word, {choice.names.begin(), choice.names.end()});
   problems_.add(node.source(), path, fmt::format("must be {}, is \"{}\"", expected, word),
                 candidate ? fmt::format("did you mean `{}`?", *candidate) : std::string(key.meaning));
+}
+
+void TableReader::read_words(const toml::node& node, const Key& key, const std::string& path,
+                             const Words& words) {
+  const toml::array* list = node.as_array();
+  if (!list) return wrong_type(node, path, "an array of words", key.meaning);
+  words.chosen->clear();
+  for (std::size_t i = 0; i < list->size(); ++i) {
+    const auto take = [&](std::size_t word) { words.chosen->emplace_back(words.names[word]); };
+    read_choice((*list)[i], key, fmt::format("{}[{}]", path, i), {words.names, 0, take});
+  }
 }
 
 void TableReader::wrong_type(const toml::node& node, const std::string& path, std::string_view expected,

@@ -51,6 +51,7 @@ class TableReader {
                    std::string& value);
   void read_list(const toml::node& node, const Key& key, const std::string& path, const List& list);
   void read_choice(const toml::node& node, const Key& key, const std::string& path, const Choice& choice);
+  void read_words(const toml::node& node, const Key& key, const std::string& path, const Words& words);
   // These functions report a problem.
   void wrong_type(const toml::node& node, const std::string& path, std::string_view expected,
                   std::string_view meaning);

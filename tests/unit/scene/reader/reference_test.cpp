@@ -334,6 +334,9 @@ exposure = 2
 color = "stress"
 strain_range = 0.2
 color_range = 3e4
+
+[output]
+formats = ["obj", "usd"]
 )";
 
 std::set<std::string> keys_of_full_scene() {
