@@ -13,6 +13,9 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 // Spacing of the points at which overlaps are measured: the larger of `of_thickness` times the thinner body's
 // thickness and `of_extent` times the smaller body's diagonal. Larger values are faster and miss more.
 constexpr double of_thickness = 0.02, of_extent = 0.01;
+// Points inside bodies at which overlaps are measured: tetrahedra of a deformable body at most, and points
+// along each axis of a rigid body's box. Larger values are slower and find the deepest point more exactly.
+constexpr int max_inner_tets = 200, inner_samples = 5;
 
 // Returns whether rigid bodies touch the vertices of a skin that the tetrahedra carry, in place of the
 // boundary of the tetrahedra. Such points depend on four particles.
@@ -73,10 +76,13 @@ std::vector<Vec3> OverlapProbe::directions(int a, int b, const Vec3& shift) cons
   const Vec3 across = second.center + shift - first.center;
   if (across.norm() > 0) found.emplace_back(across.normalized());
   const Mat3 world = Mat3::Identity();
+  constexpr double same = 1 - 1e-12;  // cosine of the angle between directions that differ by rounding
   for (const Mat3* axes : {&first.axes, &second.axes, &world})
     for (int i = 0; i < 27; ++i) {
       const Vec3 direction = *axes * Vec3(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
-      if (!direction.isZero(0)) found.emplace_back(direction.normalized());
+      const auto is_known = [&](const Vec3& known) { return known.dot(direction.normalized()) > same; };
+      if (!direction.isZero(0) && std::none_of(found.begin(), found.end(), is_known))
+        found.emplace_back(direction.normalized());
     }
   return found;
 }
@@ -115,6 +121,12 @@ void OverlapProbe::prepare_rigid(std::size_t body, Body& made) const {
       piece[k] = pose.to_world(surface.positions[as_index(triangle[k].position)]);
     made.pieces.push_back(piece);
   }
+  const Vec3 lower = shape.lower(), extent = shape.upper() - lower;
+  for (int i = 0; i < inner_samples * inner_samples * inner_samples; ++i) {
+    const Vec3 at(i % inner_samples, i / inner_samples % inner_samples, i / inner_samples / inner_samples);
+    const Vec3 x = lower + ((at.array() + 0.5) / inner_samples * extent.array()).matrix();
+    if (shape.distance(x) < 0) made.inside.push_back(pose.to_world(x));
+  }
 }
 
 // Fills `made` for a deformable body: its vertices if it touches with a skin, else its triangles and
@@ -152,6 +164,52 @@ void OverlapProbe::prepare_deformable(const DeformableBody& body, Body& made) co
     mesh.triangles.push_back(triangle);
   }
   made.mesh = std::make_unique<MeshDistance>(mesh);
+  sample_inside(body, made);
+}
+
+// Adds points inside a volume: the middle of its bounding box, and in each of some tetrahedra the center and
+// the middle of the longest edge, which is the center of a cell of a lattice. A wall that is one cell thick
+// thus has points in its middle.
+void OverlapProbe::sample_inside(const DeformableBody& body, Body& made) const {
+  const std::vector<Vec3>& x = bodies_.particles.x;
+  Eigen::AlignedBox3d box;
+  for_each_particle(body, [&](std::size_t p) { box.extend(x[p]); });
+  if (made.mesh->at(box.center()).distance < 0) made.inside.push_back(box.center());
+  const int stride = (body.tet_count + max_inner_tets - 1) / max_inner_tets;
+  for (int t = body.first_tet; t < body.first_tet + body.tet_count; t += stride) {
+    const Tet& tet = bodies_.tets[as_index(t)];
+    Vec3 sum = Vec3::Zero(), middle = Vec3::Zero();
+    double longest = 0;  // m^2
+    for (std::size_t i = 0; i < 4; ++i) {
+      const Vec3& a = x[as_index(tet[i])];
+      sum += a;
+      for (std::size_t j = i + 1; j < 4; ++j) {
+        const Vec3& b = x[as_index(tet[j])];
+        if ((b - a).squaredNorm() <= longest) continue;
+        longest = (b - a).squaredNorm();
+        middle = (a + b) / 2;
+      }
+    }
+    made.inside.emplace_back(sum / 4);
+    made.inside.push_back(middle);
+  }
+}
+
+// Returns the diameter (m) of the largest ball found inside the body; 0 for a thin deformable body.
+double OverlapProbe::inner_thickness(int body) {
+  if (as_index(body) < bodies_.rigid.size()) return thickness_[as_index(body)];
+  const Body& made = prepared(body);
+  double deepest = 0;
+  for (const Vec3& x : made.inside) deepest = std::max(deepest, -made.mesh->at(x).distance);
+  return 2 * deepest;
+}
+
+double OverlapProbe::crossed_fraction(int a, int b, double depth) {
+  const bool both = both_deformable(a, b);
+  const int host = both ? (inner_thickness(a) > inner_thickness(b) ? a : b) : std::min(a, b);
+  const double thickness = inner_thickness(host);
+  const double around = both ? clearance(a, b) : prepared(std::max(a, b)).around;
+  return thickness > 0 ? std::max(0.0, depth - around) / thickness : 0;
 }
 
 // Returns the distance (m) at which repulsions between two deformable bodies end: `repulsion_range` times the
@@ -209,10 +267,12 @@ void OverlapProbe::look_at(const Vec3& x, double nearest, Search& search) const 
 // spacing. A part is skipped if none of its points can be deeper than the deepest one known by more than the
 // slack: a signed distance changes by no more than the length of the displacement.
 void OverlapProbe::look_at(const Vec3& a, const Vec3& b, const Vec3& c, Search& search) const {
+  if (std::max(search.depth, search.inside) >= search.enough) return;
   const Vec3 middle = (a + b + c) / 3;
   const double radius = std::max({(a - middle).norm(), (b - middle).norm(), (c - middle).norm()});
   const double nearest = min_distance(search, middle);
-  if (search.around - nearest + radius <= std::max((1 + search.slack) * search.depth, search.least)) return;
+  const double known = std::max({(1 + search.slack) * search.depth, search.least, search.inside});
+  if (search.around - nearest + radius <= known) return;
   look_at(middle, nearest, search);
   const double ab = (b - a).norm(), bc = (c - b).norm(), ca = (a - c).norm();
   const double longest = std::max({ab, bc, ca});
@@ -227,32 +287,45 @@ void OverlapProbe::look_at(const Vec3& a, const Vec3& b, const Vec3& c, Search& 
   }
 }
 
-// Searches the support point of the guest, displaced by `shift`, in the host. Only points deeper than `depth`
-// (m) count. `clearance` (m) is the radius around the pieces of two deformable bodies.
-OverlapProbe::Search OverlapProbe::search_in(int host, int guest, const Vec3& shift, double slack,
-                                             double clearance, double depth) {
-  Search search;
+// Returns the search with the deepest of the points `inside` the guest as its point.
+OverlapProbe::Search OverlapProbe::look_inside(const std::vector<Vec3>& inside, const Vec3& shift,
+                                               Search search) const {
+  for (const Vec3& x : inside) look_at(x + shift, min_distance(search, x + shift), search);
+  search.inside = search.depth;
+  return search;
+}
+
+// Searches the support point of the guest, displaced by `shift`, in the host, or a point inside the guest if
+// that is deeper. `search` gives the slack, and what is `enough`; only points deeper than its depth count.
+// `clearance` (m) is the radius around the pieces of two deformable bodies.
+OverlapProbe::Search OverlapProbe::search_in(int host, int guest, const Vec3& shift, double clearance,
+                                             Search search) {
   const Body& looks = prepared(guest);
   search.host = &prepared(host);
-  search.depth = depth;
   if (!search.host->has_inside()) return search;
   search.number = host;
   search.around = both_deformable(guest, host) ? clearance : looks.around;
   search.least = min_depth(host, guest);
   search.spacing = spacing(host, guest);
-  search.slack = slack;
+  const Search inner = look_inside(looks.inside, shift, search);
+  search.inside = inner.inside;
   for (const auto& piece : looks.pieces)
     look_at(piece[0] + shift, piece[1] + shift, piece[2] + shift, search);
-  return search;
+  return inner.depth > search.depth ? inner : search;
 }
 
-OverlapProbe::Deepest OverlapProbe::deepest(int a, int b, const Vec3& shift, double slack, double clearance) {
+OverlapProbe::Deepest OverlapProbe::deepest(int a, int b, const Vec3& shift, double slack, double clearance,
+                                            double enough) {
   Deepest found;
   if (!boxes_meet(a, b, shift, clearance)) return found;
-  const Search second_in_first = search_in(a, b, shift, slack, clearance, 0);
+  Search search;
+  search.slack = slack;
+  search.enough = enough;
+  const Search second_in_first = search_in(a, b, shift, clearance, search);
   if (second_in_first.depth > 0)
     found = {second_in_first.depth, second_in_first.place, second_in_first.normal};
-  const Search first_in_second = search_in(b, a, -shift, slack, clearance, found.depth);
+  search.depth = found.depth;
+  const Search first_in_second = search_in(b, a, -shift, clearance, search);
   if (first_in_second.depth > found.depth)
     found = {first_in_second.depth, first_in_second.place + shift, -first_in_second.normal};
   return found;
