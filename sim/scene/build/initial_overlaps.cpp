@@ -2,30 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include <fmt/format.h>
 
 #include "sim/base/disjoint_sets.h"
 #include "sim/contact/detection/surface_intersections.h"
-#include "sim/scene/build/overlap_probe.h"
+#include "sim/scene/build/overlap_exit.h"
 #include "sim/step/world.h"
 
 namespace duet {
 namespace {
 
-// Relative errors of measured depths: `fine` for those that are reported and compared, `coarse` while a body
-// is moved out of another. Larger values measure faster and less exactly.
-constexpr double fine = 0.01, coarse = 0.25;
-// Largest number of displacements along the normals of the support points, see exit_along_normals().
-constexpr int walk_steps = 32;
-// Length of a walk, as a multiple of the depth, up to which it is taken without trying other directions: no
-// displacement is shorter than the depth.
-constexpr double short_walk = 1.05;
-// Largest number of displacements along one direction, see exit_along_direction().
-constexpr int max_strides = 100;
-// Factor on displacements by a depth, so that they end outside the surface in spite of rounding.
-constexpr double beyond = 1 + 1e-6;
+// Relative error of depths that are reported and compared. A larger value measures faster and less exactly.
+constexpr double fine = 0.01;
 // Largest number of rounds, each of which displaces all bodies once.
 constexpr int max_rounds = 50;
 // Largest number of Gauss-Seidel sweeps over the demands of a round.
@@ -104,7 +93,7 @@ class Clusters {
 struct Overlap {
   int a = -1, b = -1;  // numbers of the bodies, a < b
   OverlapProbe::Deepest deepest;
-  Vec3 way = Vec3::Zero();  // m, displacement that takes b out of a; zero: none found
+  Vec3 way = Vec3::Zero();  // m, displacement that takes b out of a; zero: none, see shortest_exit()
 };
 
 // A constraint on the displacements u of two bodies: n . (u_b - u_a) >= length.
@@ -217,54 +206,6 @@ class Finder {
     return found;
   }
 
-  // Returns the displacement (m) that takes b out of a by moving b along the normal at the support point by
-  // the depth there, again and again. Zero if that does not end outside.
-  Vec3 exit_along_normals(const Overlap& overlap) {
-    Vec3 way = Vec3::Zero();
-    OverlapProbe::Deepest deepest = overlap.deepest;
-    for (int i = 0; i < walk_steps; ++i) {
-      way += beyond * deepest.depth * deepest.way;
-      deepest =
-          probe_.deepest_to_rest(overlap.a, overlap.b, relative_shift(overlap.a, overlap.b) + way, coarse);
-      if (deepest.depth == 0) return way;
-    }
-    return Vec3::Zero();
-  }
-
-  // Returns how far (m) b has to move along `direction` to leave a. Each stride is as long as the current
-  // depth, which is a lower bound of what is left. Infinite if the distance exceeds `bound`.
-  double exit_along_direction(const Overlap& overlap, const Vec3& direction, double bound) {
-    double length = 0;
-    const Vec3 start = relative_shift(overlap.a, overlap.b);
-    for (int i = 0; i < max_strides && length < bound; ++i) {
-      const double depth =
-          probe_.deepest_to_rest(overlap.a, overlap.b, start + length * direction, coarse).depth;
-      if (depth == 0) return length;
-      length += beyond * depth;
-    }
-    return std::numeric_limits<double>::infinity();
-  }
-
-  // Returns the shortest displacement (m) found that takes b out of a; zero if none was found.
-  Vec3 shortest_exit(const Overlap& overlap) {
-    const Vec3 walk = exit_along_normals(overlap);
-    const double depth = overlap.deepest.depth;
-    if (!walk.isZero(0) && walk.norm() <= short_walk * depth) return walk;
-    Vec3 shortest = walk;
-    double length = walk.isZero(0) ? std::numeric_limits<double>::infinity() : walk.norm();
-    std::vector<Vec3> directions =
-        probe_.directions(overlap.a, overlap.b, relative_shift(overlap.a, overlap.b));
-    directions.insert(directions.begin(), overlap.deepest.way);
-    for (const Vec3& direction : directions) {
-      const double stride = exit_along_direction(overlap, direction, length);
-      if (stride < length) {
-        length = stride;
-        shortest = stride * direction;
-      }
-    }
-    return shortest;
-  }
-
   int cluster(int body) const { return clusters_.of(body); }
   // Returns whether displacements can move the body.
   bool can_move(int body) const {
@@ -318,7 +259,7 @@ class Finder {
         if (!can_part(met) || std::any_of(overlaps.begin(), overlaps.end(), is_met)) continue;
         const Vec3 relative = u[as_index(cluster(met.b))] - u[as_index(cluster(met.a))];
         const Vec3& normal = met.deepest.way;
-        demands.push_back({met.a, met.b, normal, normal.dot(relative) + beyond * met.deepest.depth});
+        demands.push_back({met.a, met.b, normal, normal.dot(relative) + beyond_surface * met.deepest.depth});
       }
       if (demands.size() == count) break;
       u = displacements(demands);
@@ -358,6 +299,30 @@ class Finder {
     return sum;
   }
 
+  // Returns for every island whether its displacements `u` (m) are far longer than the exits from its
+  // overlaps in sum, as those of a body between the sides of a narrow wedge. They are never said to be so for
+  // islands that deformation cannot help: of rigid bodies, or with overlaps of two deformable bodies.
+  std::vector<char> overshoot(const std::vector<Overlap>& overlaps, const std::vector<int>& island,
+                              const std::vector<Vec3>& u) const {
+    std::vector<double> exits(shift_.size(), 0);
+    std::vector<char> deforms(shift_.size(), 0), overshoots(shift_.size(), 0);
+    const auto island_of = [&](int body) { return as_index(island[as_index(cluster(body))]); };
+    for (const Overlap& overlap : overlaps) {
+      const std::size_t a = island_of(overlap.a), b = island_of(overlap.b);
+      exits[a] += overlap.way.norm();
+      if (b != a) exits[b] += overlap.way.norm();
+      deforms[a] = deforms[a] || !is_rigid(overlap.b);
+      deforms[b] = deforms[b] || !is_rigid(overlap.b);
+    }
+    for (const Overlap& overlap : overlaps)
+      if (!is_rigid(overlap.a)) deforms[island_of(overlap.a)] = deforms[island_of(overlap.b)] = 0;
+    for (std::size_t c = 0; c < shift_.size(); ++c) {
+      const auto i = as_index(island[c]);
+      if (deforms[i] && u[c].norm() > far_exit * exits[i]) overshoots[i] = 1;
+    }
+    return overshoots;
+  }
+
   // Displaces the bodies once. Islands whose overlaps do not lessen move half as far, then not at all, and
   // are frozen from then on. Returns whether anything moved, and replaces `overlaps` by those at the new
   // positions.
@@ -365,7 +330,8 @@ class Finder {
     bool any = false;
     for (Overlap& overlap : overlaps) {
       if (!can_part(overlap)) continue;
-      overlap.way = shortest_exit(overlap);
+      overlap.way =
+          shortest_exit(probe_, overlap.a, overlap.b, relative_shift(overlap.a, overlap.b), overlap.deepest);
       any = any || !overlap.way.isZero(0);
     }
     if (!any) return false;
@@ -374,6 +340,9 @@ class Finder {
     const std::vector<int> island = islands(overlaps);
     const std::vector<double> before = squares(overlaps, island);
     std::vector<double> fraction(shift_.size(), 1);
+    const std::vector<char> too_far = overshoot(overlaps, island, u);
+    for (std::size_t i = 0; i < shift_.size(); ++i)
+      if (too_far[i]) fraction[i] = 0;
     for (int halvings = 0; halvings <= max_halvings; ++halvings) {
       for (std::size_t i = 0; i < shift_.size(); ++i) {
         const auto c = as_index(clusters_.of(static_cast<int>(i)));

@@ -40,8 +40,9 @@ struct InitialSeparation {
 /// at the new positions as long as that lessens the overlaps of the bodies that they connect. Only pairs are
 /// considered that contact would part and that overlap by more than rounding, see
 /// OverlapProbe::min_depth(). Bodies that joints or attachments hold together move together. Bodies that a
-/// static or kinematic body or a pin holds stay. `rigid_surfaces` are the drawn surfaces of the rigid bodies
-/// in body space.
+/// static or kinematic body or a pin holds stay. Overlaps of deformable bodies that only far longer
+/// displacements would open are left, see shortest_exit(). `rigid_surfaces` are the drawn surfaces of the
+/// rigid bodies in body space.
 InitialSeparation separate_overlapping_bodies(const World& world, std::vector<const Surface*> rigid_surfaces);
 
 /// Moves the bodies of the world, and the particles that they carry, by the displacements.
