@@ -10,6 +10,8 @@
 #include "tests/support/thin_bodies.h"
 #include <fmt/format.h>
 
+#include "sim/base/error.h"
+
 namespace duet::everyday_soft_enclosing_test {
 namespace {
 
@@ -163,6 +165,38 @@ TEST(EverydaySoftEnclosing, SlightOverlapsAreOpenedInPlace) {
       for (const double tightness : {5e-4, 2e-3, 1e-2})
         for (const double size : {0.01, 1.0, 100.0})
           if (cases.takes()) expect_opened_in_place({pair, is_static, tightness, size});
+}
+
+// Links of a chain that overlap because it is pulled too far are moved together a little, and stay linked.
+// Contact cannot open the overlap of a soft ring that is too tight for a soft rod, so that scene is refused.
+TEST(EverydaySoftEnclosing, SoftChainsStayLinkedAndTightSoftRingsAreRefused) {
+  const auto add_ring = [](scene::Scene& scene, std::string_view name,
+                           double radius) -> scene::DeformableBody& {
+    scene::DeformableBody& ring = test::add_soft_box(scene, name, Vec3::Zero(), Vec3::Ones(), 1, 1e6);
+    ring.shape.kind = scene::DeformableKind::torus;
+    ring.shape.surface.kind = scene::ShapeKind::torus;
+    ring.shape.surface.radius = radius;
+    ring.shape.surface.tube = 0.1;
+    ring.shape.spacing = 0.07;
+    return ring;
+  };
+  scene::Scene chain = test::free_space();
+  for (int i = 0; i < 2; ++i) {
+    scene::DeformableBody& ring = add_ring(chain, fmt::format("ring{}", i), 0.4);
+    ring.placement.position = Vec3(0.602 * i, 0, 0);
+    ring.placement.orientation = Quat(Eigen::AngleAxisd(i * std::numbers::pi / 2, Vec3::UnitX()));
+  }
+  const Simulation linked(chain, test::plan(chain));
+  ASSERT_EQ(linked.initial_overlaps().size(), 1U);
+  const InitialOverlap& overlap = linked.initial_overlaps().front();
+  EXPECT_GT(overlap.depth, 1e-4);
+  EXPECT_LE((overlap.first_moves - overlap.second_moves).norm(), 0.03);
+  EXPECT_EQ(overlap.left, 0);
+
+  scene::Scene tight = test::free_space();
+  add_ring(tight, "ring", 0.3);
+  add_soft(tight, {Pair::soft_rod_in_ring, false, 2e-3});
+  EXPECT_THROW(Simulation(tight, test::plan(tight)), SimulationError);
 }
 
 // Between two walls a ball leaves toward the wider side, unless the wedge is so narrow that it would go far.
