@@ -263,6 +263,12 @@ std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, co
           "shape.cells, or other bodies may pass through",
           sharers(grid), grid.thickness, min_cells));
   for (std::string& warning : material_warnings(scene)) found.push_back(std::move(warning));
+  for (const LooseBone& loose : sizes.loose_bones)
+    found.push_back(fmt::format(
+        "`{}` holds {} of `{}`, all on one line, and can turn about it without moving the flesh: make "
+        "the tetrahedra smaller than the bone is thick, or the bone thicker",
+        loose.bone, loose.particles == 1 ? "one particle" : fmt::format("{} particles", loose.particles),
+        loose.flesh));
   for (std::string& warning : skin_warnings(sizes)) found.push_back(std::move(warning));
   if (std::string warning = step_warning(scene, sizes); !warning.empty()) found.push_back(std::move(warning));
   for (const PlannedEffect& planned : plan.effects)

@@ -29,6 +29,34 @@ std::vector<GridSize> grid_sizes(const RigidBodies& rigid) {
   return sizes;
 }
 
+// Returns whether all points (m) lie within `tolerance` (m) of one line.
+bool are_on_line(const std::vector<Vec3>& points, double tolerance) {
+  Vec3 way = Vec3::Zero();  // from the first point to the one farthest from it
+  for (const Vec3& x : points)
+    if ((x - points.front()).squaredNorm() > way.squaredNorm()) way = x - points.front();
+  if (way.norm() <= tolerance) return true;
+  return std::all_of(points.begin(), points.end(), [&](const Vec3& x) {
+    return way.cross(x - points.front()).norm() <= tolerance * way.norm();
+  });
+}
+
+// Returns the bones that hold particles of a flesh on one line only.
+std::vector<LooseBone> loose_bones(const Bodies& bodies) {
+  constexpr double on_line = 0.1;  // largest distance from the line, relative to the size of the elements
+  std::vector<LooseBone> loose;
+  for (const DeformableBody& flesh : bodies.deformable)
+    for (std::size_t bone = 0; bone < bodies.rigid.size(); ++bone) {
+      std::vector<Vec3> held;
+      for (const EmbeddedParticle& bound : bodies.bound)
+        if (const int p = static_cast<int>(bound.at) - flesh.first_particle;
+            bound.body == bone && p >= 0 && p < flesh.particle_count)
+          held.push_back(bound.arm);
+      if (!held.empty() && are_on_line(held, on_line * flesh.element_size))
+        loose.push_back({bodies.rigid.name[bone], flesh.name, static_cast<int>(held.size())});
+    }
+  return loose;
+}
+
 }  // namespace
 
 WorldSizes sizes_of(scene::BuiltWorld& built, const std::vector<InitialOverlap>& overlaps, double time) {
@@ -63,6 +91,7 @@ WorldSizes sizes_of(scene::BuiltWorld& built, const std::vector<InitialOverlap>&
   sizes.grids = grid_sizes(bodies.rigid);
   sizes.tet_meshes = built.tet_meshes;
   sizes.skins = built.skins;
+  if (!bodies.bound.empty()) sizes.loose_bones = loose_bones(bodies);
   sizes.particles = static_cast<int>(bodies.particles.size());
   sizes.tets = static_cast<int>(bodies.forces.elements.size());
   if (bodies.forces.rest_omega_squared() > 0) {
