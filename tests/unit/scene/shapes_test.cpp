@@ -113,10 +113,12 @@ mass = 1
 [[rigid]]
 name = "b"
 shape = { mesh = "strip.obj" }
+position = [0, 1, 0]
 mass = 2
 [[rigid]]
 name = "c"
 shape = { mesh = "strip.obj", cells = 8 }
+position = [0, 2, 0]
 mass = 2
 )",
                                 (scratch / "scene.toml").string())
