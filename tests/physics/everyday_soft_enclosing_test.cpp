@@ -158,7 +158,7 @@ void expect_opened_in_place(const Case& c) {
 
 // Without the bound on displacements, the rope is moved past the end of the bar, and the ring off the rod.
 TEST(EverydaySoftEnclosing, SlightOverlapsAreOpenedInPlace) {
-  test::Cases cases(5);
+  test::Cases cases(10);
   for (const Pair pair :
        {Pair::rope_over_bar, Pair::rope_around_post, Pair::soft_ring_around_rod, Pair::soft_rod_in_ring})
     for (const bool is_static : {true, false})

@@ -102,7 +102,8 @@ void expect_stages_keep_momentum(const scene::Scene& scene) {
     begin_step(world, context);
     ledger.stage("I", [&] { run_stages(world, Stage::advance_velocity, Stage::air_drag_halfway); });
     // Step II replaces v~^{n+1/2} by v^^{n+1/2}; they differ by impulses alone.
-    ledger.stage("II", [&] { run_stages(world, Stage::contact_candidates, Stage::re_evolution); }, true);
+    ledger.stage(
+        "II", [&] { run_stages(world, Stage::contact_candidates, Stage::re_evolution); }, true);
     ledger.stage("III", [&] { run_stages(world, Stage::contact_graph, Stage::turn_of_joints); });
     const Vec3 linear = momentum(world.bodies).linear;
     run_stages(world, Stage::advance_position, Stage::push_out);
