@@ -222,22 +222,25 @@ TEST(EverydaySoftHeavy, PilesRestInImplicitSteps) {
 }
 
 // Checks piles whose plates are as wide as the columns. The rims of the columns lie on the edges of the
-// plates, slip over them and back; meanwhile the samples of the columns' faces carry what the rims do not,
-// and these are deeper by that much.
-void expect_rims_rest(scene::Integration integration, double gained, double drift) {
+// plates. If they slip over them and back, the samples of the columns' faces carry meanwhile what the rims do
+// not, and these are deeper by that much.
+void expect_rims_rest(scene::Integration integration, double penetration, double gained, double drift) {
   const Found worst = run_all(1, integration);
   test::expect_below(worst.off, 0.035, "sinking, relative");
-  test::expect_below(worst.penetration, 1e-3, "penetration, over the size");
+  test::expect_below(worst.penetration, penetration, "penetration, over the size");
   test::expect_below(worst.gained, gained, "energy gained, over what is exchanged");
   test::expect_below(worst.drift, drift, "drift, over the size");
   test::expect_below(worst.speed, 1e-3, "speed at the end, over that of a fall by the size");
 }
 
-// The bounds are wider than those of wide plates, because rims slip over the edges.
-TEST(EverydaySoftHeavy, RimsOnEdgesToo) { expect_rims_rest(scene::Integration::semi_implicit, 1e-3, 1e-3); }
+// With the direction from an edge to a corner right above it as the normal, which is rounding, rims slipped:
+// overlaps reached 6e-4 of the size, the energy rose by 2e-3, and plates drifted by 3 % of their size.
+TEST(EverydaySoftHeavy, RimsOnEdgesToo) {
+  expect_rims_rest(scene::Integration::semi_implicit, 1e-5, 1e-5, 1e-5);
+}
 // Implicit steps let rims slip farther.
 TEST(EverydaySoftHeavy, RimsOnEdgesInImplicitSteps) {
-  expect_rims_rest(scene::Integration::implicit, 0.03, 2e-3);
+  expect_rims_rest(scene::Integration::implicit, 1e-3, 0.03, 2e-3);
 }
 
 // On a static box with the same footprint the rim is held from the first step on, in semi-implicit steps and

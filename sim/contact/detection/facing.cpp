@@ -69,8 +69,12 @@ Exit faced_exit(const Bodies& bodies, int host, const Pose& pose, const SurfaceP
                 const Exit& nearest) {
   const LevelSet& shape = bodies.rigid.properties[as_index(host)].shape;
   if (bodies.faces_around.first.empty() || point.count > 3 || is_swept_by_ball(shape) ||
-      shape.kind == LevelSet::Kind::half_space ||
-      faces_squarely(bodies.faces_around, bodies.triangles, bodies.particles.x, point, -nearest.normal))
+      shape.kind == LevelSet::Kind::half_space)
+    return nearest;
+  // The normal from an edge to a point right above it is rounding, and pushes corners off what they lie on.
+  if (nearest.depth < 0 && is_nearest_to_edge(shape, pose.to_body(x)))
+    if (const auto beside = way_out_beside(bodies, shape, pose, point, x)) return *beside;
+  if (faces_squarely(bodies.faces_around, bodies.triangles, bodies.particles.x, point, -nearest.normal))
     return nearest;
   const FacesAround around = look_around(bodies.faces_around, bodies.triangles, bodies.particles.x, point,
                                          weighted(point, bodies.particles.x), -nearest.normal);
