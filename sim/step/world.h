@@ -81,7 +81,7 @@ struct StepContext {
   std::vector<Vec3> x_n;            ///< m, particle positions x^n
   std::vector<Vec3> x_next;         ///< m, predicted x^{n+1}, for the contact of deformable surfaces
   std::vector<Vec3> x_half;         ///< m, x^{n+1/2} = (x^n + x^{n+1}) / 2, from V.2 on; see AtMiddle
-  std::vector<RigidState> rigid_n;  ///< rigid states of time n
+  std::vector<RigidState> rigid_n;  ///< rigid states of time n; from IV.1 on with the delays of the step
   VelocityState v_n;                ///< v^n
   VelocityState difference;         ///< v~^{n+1/2} - v^n
   VelocityState v_hat_n;            ///< v^^n, after collisions

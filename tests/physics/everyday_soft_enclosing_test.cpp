@@ -115,17 +115,6 @@ scene::Scene scene_of(const Case& c) {
   return scene;
 }
 
-// Returns the center of mass (m) of all particles.
-Vec3 center_of_particles(const Bodies& bodies) {
-  Vec3 sum = Vec3::Zero();
-  double mass = 0;
-  for (std::size_t p = 0; p < bodies.particles.size(); ++p) {
-    sum += bodies.particles.mass[p] * bodies.particles.x[p];
-    mass += bodies.particles.mass[p];
-  }
-  return sum / mass;
-}
-
 // Checks that neither body moves by more than some depths of the overlap, and that the energy stays below
 // that of a strain of depth over radius in the whole deformable body.
 void expect_opened_in_place(const Case& c) {
@@ -137,7 +126,7 @@ void expect_opened_in_place(const Case& c) {
   const double depth = overlap.depth;
   EXPECT_LE(overlap.first_moves.norm() + overlap.second_moves.norm(), 5 * depth + 1e-3 * c.size);
   const Bodies& bodies = simulation.world().bodies;
-  const Vec3 center = center_of_particles(bodies), rigid = bodies.rigid.state[0].pose.position;
+  const Vec3 center = test::center_of(bodies, 0), rigid = bodies.rigid.state[0].pose.position;
   const scene::Material& material = scene.materials.back();
   double mass = 0;
   for (const double m : bodies.particles.mass) mass += m;
@@ -150,7 +139,7 @@ void expect_opened_in_place(const Case& c) {
   }
   test::expect_below(simulation.stats().max_penetration / (0.5 * depth + 3e-4 * c.size), 1,
                      "penetration over its bound");
-  test::expect_below((center_of_particles(bodies) - center).norm() / (depth + 1e-3 * c.size), 5,
+  test::expect_below((test::center_of(bodies, 0) - center).norm() / (depth + 1e-3 * c.size), 5,
                      "displacement of the deformable body over its bound");
   test::expect_below((bodies.rigid.state[0].pose.position - rigid).norm() / (depth + 1e-3 * c.size), 5,
                      "displacement of the rigid body over its bound");

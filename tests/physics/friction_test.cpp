@@ -18,19 +18,6 @@ namespace {
 
 constexpr double gravity = 9.8, friction = 0.2;
 
-// Returns the center of mass (m) of a deformable body.
-Vec3 centre_of(const Bodies& bodies, std::size_t index) {
-  const DeformableBody& body = bodies.deformable[index];
-  Vec3 sum = Vec3::Zero();
-  double mass = 0;
-  for (int i = 0; i < body.particle_count; ++i) {
-    const auto p = static_cast<std::size_t>(body.first_particle + i);
-    sum += bodies.particles.mass[p] * bodies.particles.x[p];
-    mass += bodies.particles.mass[p];
-  }
-  return sum / mass;
-}
-
 // Distances (m) down the slope of the ball that is prescribed by the exact solution, the rigid box, the soft
 // box and the particle.
 struct Travel {
@@ -52,8 +39,8 @@ class Slide {
  private:
   std::array<Vec3, 4> places() const {
     const Bodies& bodies = simulation_.world().bodies;
-    return {bodies.rigid.state[1].pose.position, bodies.rigid.state[2].pose.position, centre_of(bodies, 0),
-            centre_of(bodies, 1)};
+    return {bodies.rigid.state[1].pose.position, bodies.rigid.state[2].pose.position,
+            test::center_of(bodies, 0), test::center_of(bodies, 1)};
   }
   mutable Simulation simulation_;
   std::array<Vec3, 4> start_;

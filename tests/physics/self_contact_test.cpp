@@ -12,20 +12,6 @@
 namespace duet::self_contact_test {
 namespace {
 
-// Returns the center of mass (m) of a deformable body.
-Vec3 center_of(const Simulation& simulation, std::size_t body) {
-  const Bodies& bodies = simulation.world().bodies;
-  const DeformableBody& range = bodies.deformable[body];
-  Vec3 sum = Vec3::Zero();
-  double mass = 0;
-  for (int i = 0; i < range.particle_count; ++i) {
-    const auto p = static_cast<std::size_t>(range.first_particle + i);
-    sum += bodies.particles.mass[p] * bodies.particles.x[p];
-    mass += bodies.particles.mass[p];
-  }
-  return sum / mass;
-}
-
 // Returns the calls of a stage so far.
 const StageClock::Entry& calls_of(const Simulation& simulation, Stage stage) {
   return simulation.world().clock[stage];
@@ -51,9 +37,9 @@ TEST(SelfContact, OneSoftBoxStandsOnAnother) {
     }
   };
   settle(72);
-  const Vec3 before = center_of(simulation, 1);
+  const Vec3 before = test::center_of(simulation.world().bodies, 1);
   settle(48);
-  const Vec3 after = center_of(simulation, 1);
+  const Vec3 after = test::center_of(simulation.world().bodies, 1);
   EXPECT_LT((after - before).norm(), 2e-3) << "the sway of the fall is still dying down";
   // The surfaces keep about their thickness as distance, which is a tenth of the shortest edge (1/3 m and
   // 1/2 m).
@@ -72,11 +58,11 @@ TEST(SelfContact, WhatTouchedPartsFreely) {
   const DeformableBody& upper = world.bodies.deformable[1];
   for (int i = 0; i < upper.particle_count; ++i)
     world.bodies.particles.v[static_cast<std::size_t>(upper.first_particle + i)] = Vec3(0, 2, 0);
-  const double start = center_of(simulation, 1).y();
+  const double start = test::center_of(simulation.world().bodies, 1).y();
   simulation.advance_frame();
   // The upper box flies freely, except for the push of the lower one as it springs back.
   const double flight = 2.0 / 24 - 0.5 * 9.8 / 24 / 24;
-  EXPECT_NEAR(center_of(simulation, 1).y() - start, flight, 0.05 * flight);
+  EXPECT_NEAR(test::center_of(simulation.world().bodies, 1).y() - start, flight, 0.05 * flight);
 }
 
 // Returns two boxes that hit each other off their centers, each at `speed` (m/s).
@@ -113,7 +99,9 @@ TEST(SelfContact, ACrashKeepsMomentumAndCreatesNoEnergy) {
       EXPECT_LT(now.kinetic + now.elastic, start.kinetic);
       collisions += now.self_collisions;
     }
-    EXPECT_GT(center_of(simulation, 1).x() - center_of(simulation, 0).x(), 1);
+    EXPECT_GT(
+        test::center_of(simulation.world().bodies, 1).x() - test::center_of(simulation.world().bodies, 0).x(),
+        1);
     if (speed > 10) {
       EXPECT_GT(collisions, 0) << "faster than a thickness a step: repulsions come too late";
     }

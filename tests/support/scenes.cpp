@@ -82,4 +82,14 @@ std::size_t index_of_name(const std::vector<std::string>& names, const std::stri
 
 EffectSet plan(const scene::Scene& scene) { return scene::plan_effects(scene).active(); }
 
+Vec3 center_of(const Bodies& bodies, std::size_t index) {
+  Vec3 sum = Vec3::Zero();
+  double mass = 0;
+  for_each_particle(bodies.deformable[index], [&](std::size_t p) {
+    sum += bodies.particles.mass[p] * bodies.particles.x[p];
+    mass += bodies.particles.mass[p];
+  });
+  return sum / mass;
+}
+
 }  // namespace duet::test

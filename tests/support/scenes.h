@@ -10,6 +10,7 @@
 #include "sim/scene/plan.h"
 #include "sim/scene/scene.h"
 #include "sim/simulation/simulation.h"
+#include "sim/state/bodies.h"
 
 namespace duet::test {
 
@@ -36,6 +37,9 @@ scene::RigidBody& add_ball(scene::Scene& scene, std::string_view name, const Vec
 // `youngs_modulus` is in Pa.
 scene::DeformableBody& add_soft_box(scene::Scene& scene, std::string_view name, const Vec3& position,
                                     const Vec3& size, int cells, double youngs_modulus = 2e6);
+
+// Returns the center of mass (m) of deformable body `index`.
+Vec3 center_of(const Bodies& bodies, std::size_t index);
 
 // Returns the index of `name` in `names`. Throws std::out_of_range with the name if it is not there, so that
 // a test with a misspelled name fails.

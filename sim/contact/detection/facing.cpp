@@ -72,16 +72,18 @@ Exit faced_exit(const Bodies& bodies, int host, const Pose& pose, const SurfaceP
       shape.kind == LevelSet::Kind::half_space)
     return nearest;
   // The normal from an edge to a point right above it is rounding, and pushes corners off what they lie on.
-  if (nearest.depth < 0 && is_nearest_to_edge(shape, pose.to_body(x)))
+  const bool is_above_edge = nearest.depth < 0 && is_nearest_to_edge(shape, pose.to_body(x));
+  if (is_above_edge)
     if (const auto beside = way_out_beside(bodies, shape, pose, point, x)) return *beside;
   if (faces_squarely(bodies.faces_around, bodies.triangles, bodies.particles.x, point, -nearest.normal))
     return nearest;
   const FacesAround around = look_around(bodies.faces_around, bodies.triangles, bodies.particles.x, point,
                                          weighted(point, bodies.particles.x), -nearest.normal);
   if (around.count == 0 || around.rise <= max_rise) return nearest;
-  if (const auto beside = way_out_beside(bodies, shape, pose, point, x)) return *beside;
+  if (!is_above_edge)
+    if (const auto beside = way_out_beside(bodies, shape, pose, point, x)) return *beside;
   if (nearest.depth < 0) {
-    if (around.max_facing >= min_facing && !is_nearest_to_edge(shape, pose.to_body(x))) return nearest;
+    if (around.max_facing >= min_facing && !is_above_edge) return nearest;
     return {nearest.normal, -std::numeric_limits<double>::infinity()};
   }
   const double size = std::sqrt(2 * around.area.norm() / around.count);

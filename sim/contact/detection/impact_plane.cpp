@@ -285,12 +285,14 @@ void look_ahead(const Bodies& bodies, const Path& path, double dt, double fall, 
   contact.stays = contact.gap <= depth && contact.normal.dot(velocity) >= -depth / dt;
   if (contact.gap < -depth || length < depth || (contact.gap > length && std::isfinite(contact.gap))) return;
   const bool are_free = !is_linked(bodies, contact.host) && !is_linked(bodies, contact.guest_rigid);
-  const bool are_balls = are_free && contact.gap > 0 && are_moving_balls(bodies, contact);
+  const bool is_apart = contact.gap > depth;
+  const bool are_balls = are_free && contact.gap > 0 && are_moving_balls(bodies, contact) &&
+                         (is_apart || path.at(1).gap < -depth);
   const std::optional<Meeting> found =
       are_balls ? meeting_of_balls(path, contact) : meeting_of(bodies, path, length, depth, fall, contact);
   if (!found) return;
   const Meeting& meeting = *found;
-  const bool is_apart = contact.gap > depth, ends_level = std::abs(meeting.touch.gap) <= depth;
+  const bool ends_level = std::abs(meeting.touch.gap) <= depth;
   if (std::isinf(meeting.touch.gap) || (!is_apart && !ends_level)) return;
   if (is_apart && contact.is_sample() && meeting.touch.gap < -depth &&
       !meets_from_outside(bodies, path, meeting, contact)) {
@@ -309,7 +311,9 @@ void look_ahead(const Bodies& bodies, const Path& path, double dt, double fall, 
   }
   ContactPoint ahead = contact;
   put_at_point(bodies, path, meeting, dt, depth, ahead);
-  if (is_apart || ahead.is_level_ahead) contact = ahead;
+  if (!is_apart && !ahead.is_level_ahead) return;
+  contact = ahead;
+  if (are_balls) contact.is_level_ahead = false;  // they do not roll onto each other, but strike
 }
 
 }  // namespace
