@@ -94,23 +94,55 @@ void check_rigid(const RigidBodies& rigid, const std::vector<RigidState>& built)
   }
 }
 
-// Checks the point, edge or face that a cached contact names on a deformable guest, see
-// ContactPoint::guest_point. `number` is the index of the contact, for messages.
+// Checks the number of a feature of a cached contact, of which there are `count`. `number` is the index of
+// the contact, for messages.
+void check_index(int index, std::size_t count, const char* feature, std::size_t number) {
+  if (index < 0 || as_index(index) >= count)
+    refuse("contact {} is of {} {}, and there are {}", number, feature, index, count);
+}
+
+// Checks that a cached contact has a plane of its own if its feature asks for one, and none if not.
+void check_plane(const CachedContact& contact, bool has_plane, std::size_t number) {
+  if (contact.edge.normal.isZero(0) == has_plane)
+    refuse("contact {} {} plane of its own", number, has_plane ? "lacks the" : "has a");
+}
+
+// Checks the feature of a deformable guest that a cached contact names.
 void check_soft_guest(const Bodies& bodies, const CachedContact& contact, std::size_t number) {
-  const std::size_t points = bodies.points.size(), edges = bodies.edges.size();
-  const bool is_on_surface = !contact.edge.normal.isZero(0);
-  if (contact.guest_point < 0 || bodies.deformable.empty())
-    refuse("contact {} has no place on a deformable body", number);
-  const std::size_t point = as_index(contact.guest_point);
-  if (!is_on_surface && point >= points)
-    refuse("contact {} is of surface point {}, and there are {}", number, point, points);
-  if (!is_on_surface) return;
-  if (point < points)
-    refuse("contact {} is of edge or face {}, whose numbers begin at {}", number, point, points);
-  if (point - points < edges) return;
-  const std::ptrdiff_t face = contact.edge.face;
-  if (face < 0 || as_index(face) >= bodies.triangles.size())
-    refuse("contact {} is of face {}, and there are {}", number, face, bodies.triangles.size());
+  const FeatureId& feature = contact.feature;
+  check_plane(contact, feature.kind != FeatureId::Kind::point, number);
+  switch (feature.kind) {
+    case FeatureId::Kind::point:
+      return check_index(feature.index, bodies.points.size(), "surface point", number);
+    case FeatureId::Kind::edge:
+      return check_index(feature.index, bodies.edges.size(), "edge", number);
+    case FeatureId::Kind::in_face: {
+      check_index(feature.sub, bodies.deformable.size(), "deformable body", number);
+      const std::ptrdiff_t face = contact.edge.face;
+      if (face < 0 || as_index(face) >= bodies.triangles.size())
+        refuse("contact {} is of face {}, and there are {}", number, face, bodies.triangles.size());
+      return;
+    }
+    default:
+      refuse("contact {} has no place on a deformable body", number);
+  }
+}
+
+// Checks the feature of a rigid guest that a cached contact names.
+void check_rigid_guest(const RigidProperties& guest, const CachedContact& contact, std::size_t number) {
+  const FeatureId& feature = contact.feature;
+  if (!feature.is_support()) check_plane(contact, feature.is_on_line(), number);
+  switch (feature.kind) {
+    case FeatureId::Kind::support:
+      return check_index(feature.index, as_index(support_numbers(guest.shape)), "support point", number);
+    case FeatureId::Kind::point:
+    case FeatureId::Kind::point_on_plane:
+      return check_index(feature.index, guest.samples.size(), "sample", number);
+    case FeatureId::Kind::edge:
+      return check_index(feature.index, guest.feature_edges.nodes.size(), "node", number);
+    default:
+      refuse("contact {} has no place on a rigid body", number);
+  }
 }
 
 // Checks the edge contact of a cached contact.
@@ -138,14 +170,12 @@ void check_contact(const Bodies& bodies, const CachedContact& contact, std::size
     refuse("contact {} acted for no time", number);
   check_lowest(contact.edge, number);
   if (contact.guest_rigid < 0) return check_soft_guest(bodies, contact, number);
-  if (contact.guest_point < 0 && support_numbers(rigid.properties[as_index(contact.guest_rigid)].shape) == 0)
-    refuse("contact {} is of a deepest point of `{}`, which has none", number,
-           rigid.name[as_index(contact.guest_rigid)]);
+  check_rigid_guest(rigid.properties[as_index(contact.guest_rigid)], contact, number);
 }
 
 // Returns the numbers that name a contact and by which contacts are sorted.
 auto name_of(const CachedContact& contact) {
-  return std::tie(contact.host, contact.guest_rigid, contact.guest_point);
+  return std::tie(contact.host, contact.guest_rigid, contact.feature);
 }
 
 }  // namespace

@@ -42,7 +42,7 @@ bool is_heavy(const Bodies& bodies, int host, int deformable) {
 int soft_guest(const Bodies& bodies, const CachedContact& remembered) {
   ContactPoint contact;
   contact.host = remembered.host;
-  contact.guest_point = remembered.guest_point;
+  contact.feature = remembered.feature;
   contact.edge = remembered.edge;
   if (contact.is_on_edge()) put_on_surface(bodies, contact);
   return static_cast<int>(body_of(bodies, surface_point(bodies, contact).particle[0]));

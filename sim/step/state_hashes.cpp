@@ -36,6 +36,9 @@ std::uint64_t hash_values(const Vec3* values, std::size_t count) {
 
 std::uint64_t add_value(std::uint64_t hash, double value) { return hash_bytes(&value, sizeof value, hash); }
 std::uint64_t add_value(std::uint64_t hash, int value) { return hash_bytes(&value, sizeof value, hash); }
+std::uint64_t add_value(std::uint64_t hash, const FeatureId& value) {
+  return add_value(add_value(add_value(hash, static_cast<int>(value.kind)), value.index), value.sub);
+}
 std::uint64_t add_value(std::uint64_t hash, const Vec3& value) {
   return hash_bytes(value.data(), sizeof value, hash);
 }
@@ -117,7 +120,7 @@ void hash_step(const World& world, bool has_contacts, std::vector<QuantityHashes
       .push_back(add_value(add_value(hash_seed, world.context.time), world.context.dt));
   add_state(writer, world);
   add_contacts(writer, world, has_contacts, "contacts", [](std::uint64_t hash, const ContactPoint& contact) {
-    hash = add_value(add_value(hash, contact.host), contact.guest_point);
+    hash = add_value(add_value(hash, contact.host), contact.feature);
     hash = add_value(add_value(hash, contact.normal), contact.gap);
     return add_value(add_value(hash, contact.host_arm), contact.guest_arm);
   });

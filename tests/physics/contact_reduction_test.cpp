@@ -116,7 +116,9 @@ TEST(ContactReduction, ATowerAtRestKeepsItsPoints) {
     simulation.advance_frame();
     std::vector<int> now;
     for (const ContactPoint& contact : simulation.world().context.contacts.points)
-      for (const int value : {contact.host, contact.guest_rigid, contact.guest_point}) now.push_back(value);
+      for (const int value : {contact.host, contact.guest_rigid, static_cast<int>(contact.feature.kind),
+                              contact.feature.index, contact.feature.sub})
+        now.push_back(value);
     if (frame > 12 && now != last) ++changes;
     last = now;
     EXPECT_LT(simulation.stats().max_penetration, 1e-5);

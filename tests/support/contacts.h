@@ -68,7 +68,7 @@ inline ContactPair& add_pair(ContactSet& contacts, int host, int guest, const Ve
   ContactPoint point;
   point.host = host;
   point.guest_rigid = guest;
-  point.guest_point = 0;
+  point.feature = FeatureId::point(0);
   point.normal = normal;
   ContactPair pair;
   pair.host = host;

@@ -12,7 +12,7 @@ namespace duet {
 
 /// A point of a guest that is near its host: a contact point to be.
 struct NearPoint {
-  int point = -1;         ///< Number of the point on the guest, as ContactPoint::guest_point.
+  FeatureId feature;      ///< The place on the guest.
   bool reversed = false;  ///< True if the guest of the pair of bodies is the host here.
   /// m, in the host's body space: the guest's point. For the edge contacts, vertex-face and support-face
   /// contacts of deformable guests it is the foot of that point on the contact plane instead.

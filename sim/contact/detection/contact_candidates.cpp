@@ -161,21 +161,20 @@ class Finder {
     if (separation(host, guest) > margin) return;
     const std::size_t begin = chunk.touches.size();
     find_faces(pair, is_reversed, margin, chunk);
-    const LevelSet& shape = bodies_.rigid.properties[g].shape;
     const std::size_t faces = chunk.touches.size();
     const auto has_nearest_face = [&](int k) {
       return std::any_of(chunk.touches.begin() + static_cast<std::ptrdiff_t>(begin),
                          chunk.touches.begin() + static_cast<std::ptrdiff_t>(faces),
-                         [&](const NearPoint& face) { return face.point == against_face(shape, k, 0); });
+                         [&](const NearPoint& face) { return face.feature == FeatureId::support(k, 0); });
     };
     visit_near(bodies_.rigid, pair, margin, [&](NearPoint near, const Vec3& inside) {
-      if (near.point < 0 && has_nearest_face(-1 - near.point)) return;
+      if (near.feature.is_support() && has_nearest_face(near.feature.index)) return;
       const ContactPlane plane =
           exposed_plane(bodies_, pair.host, bodies_.rigid.state[h].pose, near.position, inside,
-                        near.point < 0 ? PointKind::deepest : PointKind::fixed);
+                        near.feature.is_support() ? PointKind::deepest : PointKind::fixed);
       // A support point over a hidden place has an infinite gap, but may come to be over the host within the
       // step.
-      const bool is_faced = plane.faces && (near.point < 0 || std::isfinite(plane.gap));
+      const bool is_faced = plane.faces && (near.feature.is_support() || std::isfinite(plane.gap));
       if (!is_faced && plane.gap >= 0) return;
       near.reversed = is_reversed;
       near.normal = plane.normal;
@@ -183,7 +182,7 @@ class Finder {
       chunk.touches.push_back(near);
     });
     std::size_t samples = begin;  // the first touch that may be dropped: support points stay
-    while (samples < chunk.touches.size() && chunk.touches[samples].point < 0) ++samples;
+    while (samples < chunk.touches.size() && chunk.touches[samples].feature.is_support()) ++samples;
     if (filter_.reduce_contacts) reduce_contacts(guest.arm, samples, chunk.touches, chunk.reduction);
     find_faces_at_samples(pair, margin, begin, chunk);
     find_places(pair, is_reversed, margin, chunk);
@@ -200,7 +199,7 @@ class Finder {
     const Pose in_host = in_host_of(bodies_.rigid, pair);
     const std::size_t end = chunk.touches.size();
     for (std::size_t i = begin; i < end; ++i)
-      if (chunk.touches[i].point >= 0)
+      if (!chunk.touches[i].feature.is_support())
         find_faces_around_sample(host, guest, in_host, margin, i, chunk.touches, chunk.planes);
   }
 
@@ -230,10 +229,9 @@ class Finder {
                    CandidateSearch::Chunk& chunk) const {
     const std::size_t first = chunk.planes.size();
     find_feature_edges(bodies_, pair, is_reversed, margin, chunk.planes);
-    const RigidProperties& guest = bodies_.rigid.properties[as_index(pair.guest_rigid)];
     for (std::size_t i = first; i < chunk.planes.size(); ++i) {
       const EdgeContact& near = chunk.planes[i];
-      chunk.touches.push_back({.point = static_cast<int>(guest.samples.size()) + near.node,
+      chunk.touches.push_back({.feature = near.feature,
                                .reversed = is_reversed,
                                .position = near.edge.foot + near.distance * near.edge.normal,
                                .normal = near.edge.normal,
@@ -255,22 +253,22 @@ class Finder {
     if (separation(host, guest) > margin) return;
     const double around = bodies_.deformable[as_index(pair.guest_deformable)].thickness / 2;
     visit_near(bodies_, search_, pair, margin + around, [&](NearPoint touch) {
-      const SurfacePoint& point = bodies_.points[as_index(touch.point)];
+      const SurfacePoint& point = bodies_.points[as_index(touch.feature.index)];
       touch.gap += point.contact_offset;
       if (neither_moves(bodies_, point, h)) return;
-      if (touch.gap < rest + reach_of(point, search_.point[as_index(touch.point)], h))
+      if (touch.gap < rest + reach_of(point, search_.point[as_index(touch.feature.index)], h))
         chunk.touches.push_back(touch);
     });
     ContactPoint contact;
-    const auto take = [&](int place, const EdgeContact& near) {
-      contact.guest_point = place;
+    const auto take = [&](const EdgeContact& near) {
+      contact.feature = near.feature;
       contact.edge = near.edge;
       put_on_surface(bodies_, contact);
       const SurfacePoint& point = contact.on_surface;
       if (neither_moves(bodies_, point, h)) return;
       const double gap = near.distance + point.contact_offset;
       if (!(gap < rest + reach_of(point, weighted(point, bodies_.particles.x), h))) return;
-      chunk.touches.push_back({.point = contact.guest_point,
+      chunk.touches.push_back({.feature = near.feature,
                                .position = near.edge.foot,
                                .normal = near.edge.normal,
                                .gap = gap,
@@ -356,7 +354,7 @@ class Finder {
     ContactPoint contact;
     contact.host = pair.host;
     contact.guest_rigid = pair.guest_rigid;
-    contact.guest_point = near.point;
+    contact.feature = near.feature;
     contact.patch = near.patch;
     contact.share = near.share;
     if (near.plane_index >= 0) {

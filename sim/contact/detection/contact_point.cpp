@@ -31,18 +31,14 @@ Pose in_space_of(const Pose& host, const Pose& guest) {
   return {host.to_body(guest.position), host.orientation.conjugate() * guest.orientation};
 }
 
-// Returns whether `point` of a rigid guest is an edge contact, or a sample against one of several faces.
-bool is_on_edge(const RigidProperties& guest, int point) {
-  return point >= static_cast<int>(guest.samples.size());
-}
-
-// Returns a rigid guest's sample or support point, named as ContactPoint::guest_point, in the body space of
-// the host.
+// Returns a rigid guest's sample or support point in the body space of the host.
 ShapeSupportPoint in_space_of(const RigidProperties& host, const Pose& host_pose,
-                              const RigidProperties& guest, const Pose& guest_pose, int point) {
+                              const RigidProperties& guest, const Pose& guest_pose,
+                              const FeatureId& feature) {
   const Pose in_host = in_space_of(host_pose, guest_pose);
-  if (point < 0) return support_point(guest.shape, support_number(guest.shape, point), in_host, host.shape);
-  return {in_host.to_world(guest.samples[as_index(point)]), in_host.to_world(guest.inside[as_index(point)])};
+  if (feature.is_support()) return support_point(guest.shape, feature.index, in_host, host.shape);
+  const auto i = as_index(feature.index);
+  return {in_host.to_world(guest.samples[i]), in_host.to_world(guest.inside[i])};
 }
 
 // Returns the touch of an edge contact whose plane stays where it was found on the host. Of two edges that
@@ -174,42 +170,42 @@ Touch of_ball_in_world(const ShapeSupportPoint& point, ContactPlane plane, const
   return in_world(x, plane, host_pose);
 }
 
-// Returns whether point `sample` of a guest is the support point of a ball.
-bool is_of_ball(const RigidProperties& guest, int sample) {
-  return sample < 0 && guest.shape.kind == LevelSet::Kind::sphere;
+// Returns whether `feature` of a guest is the support point of a ball.
+bool is_of_ball(const RigidProperties& guest, const FeatureId& feature) {
+  return feature.is_support() && guest.shape.kind == LevelSet::Kind::sphere;
 }
 
 }  // namespace
 
 Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
-            const Pose& guest_pose, int sample, const EdgePoint& lowest) {
-  if (is_on_edge(guest, sample)) return touch_at_edge(lowest, host.shape, host_pose, guest.shape, guest_pose);
-  if (sample < 0 && !lowest.normal.isZero(0))
-    return touch_of_face(lowest, host_pose, guest.shape, guest_pose, support_number(guest.shape, sample));
-  const ShapeSupportPoint point = in_space_of(host, host_pose, guest, guest_pose, sample);
+            const Pose& guest_pose, const FeatureId& feature, const EdgePoint& lowest) {
+  if (feature.is_on_line()) return touch_at_edge(lowest, host.shape, host_pose, guest.shape, guest_pose);
+  if (feature.is_support() && !lowest.normal.isZero(0))
+    return touch_of_face(lowest, host_pose, guest.shape, guest_pose, feature.index);
+  const ShapeSupportPoint point = in_space_of(host, host_pose, guest, guest_pose, feature);
   const ContactPlane plane = contact_plane(host.shape, point.position, point.inside);
-  return is_of_ball(guest, sample) ? of_ball_in_world(point, plane, host_pose)
-                                   : in_world(point.position, plane, host_pose);
+  return is_of_ball(guest, feature) ? of_ball_in_world(point, plane, host_pose)
+                                    : in_world(point.position, plane, host_pose);
 }
 
 Touch touch(const Bodies& bodies, int host, const Pose& host_pose, int guest, const Pose& guest_pose,
-            int sample, const EdgePoint& lowest) {
+            const FeatureId& feature, const EdgePoint& lowest) {
   const std::vector<RigidProperties>& properties = bodies.rigid.properties;
-  if (is_on_edge(properties[as_index(guest)], sample) || (sample < 0 && !lowest.normal.isZero(0)))
-    return touch(properties[as_index(host)], host_pose, properties[as_index(guest)], guest_pose, sample,
+  if (feature.is_on_line() || (feature.is_support() && !lowest.normal.isZero(0)))
+    return touch(properties[as_index(host)], host_pose, properties[as_index(guest)], guest_pose, feature,
                  lowest);
   const ShapeSupportPoint point =
-      in_space_of(properties[as_index(host)], host_pose, properties[as_index(guest)], guest_pose, sample);
+      in_space_of(properties[as_index(host)], host_pose, properties[as_index(guest)], guest_pose, feature);
   const ContactPlane plane = exposed_plane(bodies, host, host_pose, point.position, point.inside,
-                                           sample < 0 ? PointKind::deepest : PointKind::fixed);
-  const bool is_ball = is_of_ball(properties[as_index(guest)], sample);
+                                           feature.is_support() ? PointKind::deepest : PointKind::fixed);
+  const bool is_ball = is_of_ball(properties[as_index(guest)], feature);
   const Touch found =
       is_ball ? of_ball_in_world(point, plane, host_pose) : in_world(point.position, plane, host_pose);
-  if (sample >= 0) return found;
+  if (!feature.is_support()) return found;
   const LevelSet& shape = properties[as_index(guest)].shape;
-  const int k = support_number(shape, sample),
-            other = plane.continued_by >= 0 ? plane.continued_by
-                                            : body_below_deepest(bodies, host, found, guest_pose, shape, k);
+  const int k = feature.index, other = plane.continued_by >= 0
+                                           ? plane.continued_by
+                                           : body_below_deepest(bodies, host, found, guest_pose, shape, k);
   if (other < 0) return found;
   const double size = properties[as_index(host)].shape.min_size();
   return touch_of_continued(bodies, found.normal, host_pose.to_world(plane.foot), size, other, guest_pose,
@@ -291,11 +287,6 @@ Touch touch(const Bodies& bodies, const ContactPoint& contact, const Pose& host_
   return found;
 }
 
-int at_corner(const Bodies& bodies, int guest_deformable, int corner) {
-  const std::size_t first = bodies.points.size() + bodies.edges.size();
-  return static_cast<int>(first + bodies.deformable.size() * as_index(corner)) + guest_deformable;
-}
-
 void put_on_surface(const Bodies& bodies, ContactPoint& contact) {
   SurfacePoint& point = contact.on_surface = SurfacePoint();
   point.count = 0;
@@ -306,14 +297,13 @@ void put_on_surface(const Bodies& bodies, ContactPoint& contact) {
     point.inverse_mass +=
         point.weight[i] * point.weight[i] * bodies.particles.inverse_mass[as_index(particle)];
   };
-  const std::size_t number = as_index(contact.guest_point) - bodies.points.size();
-  if (number < bodies.edges.size()) {
-    for (const int particle : bodies.edges[number].particle) add(particle);
-    point.contact_offset = bodies.edges[number].contact_offset;
+  if (contact.feature.kind == FeatureId::Kind::edge) {
+    const BoundaryEdge& edge = bodies.edges[as_index(contact.feature.index)];
+    for (const int particle : edge.particle) add(particle);
+    point.contact_offset = edge.contact_offset;
   } else {
     for (const int particle : bodies.triangles[static_cast<std::size_t>(contact.edge.face)]) add(particle);
-    const std::size_t guest = (number - bodies.edges.size()) % bodies.deformable.size();
-    point.contact_offset = -bodies.deformable[guest].thickness / 2;
+    point.contact_offset = -bodies.deformable[as_index(contact.feature.sub)].thickness / 2;
   }
 }
 
@@ -321,7 +311,7 @@ Touch touch(const Bodies& bodies, const ContactPoint& contact) {
   const Pose& pose = bodies.rigid.state[as_index(contact.host)].pose;
   if (contact.is_rigid_pair())
     return touch(bodies, contact.host, pose, contact.guest_rigid,
-                 bodies.rigid.state[as_index(contact.guest_rigid)].pose, contact.guest_point, contact.edge);
+                 bodies.rigid.state[as_index(contact.guest_rigid)].pose, contact.feature, contact.edge);
   return touch(bodies, contact, pose, weighted(surface_point(bodies, contact), bodies.particles.x));
 }
 
@@ -330,7 +320,7 @@ Touch predicted_touch(const Bodies& bodies, const std::vector<Pose>& predicted, 
   const Pose& pose = predicted[as_index(contact.host)];
   if (contact.is_rigid_pair())
     return touch(bodies, contact.host, pose, contact.guest_rigid, predicted[as_index(contact.guest_rigid)],
-                 contact.guest_point, contact.edge);
+                 contact.feature, contact.edge);
   const SurfacePoint& point = surface_point(bodies, contact);
   const Vec3 x = weighted(point, bodies.particles.x) + dt * weighted(point, bodies.particles.v) + shift;
   return touch(bodies, contact, pose, x);

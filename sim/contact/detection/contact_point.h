@@ -22,14 +22,7 @@ namespace duet {
 struct ContactPoint {
   int host = -1;         ///< Index of the rigid body with the level set.
   int guest_rigid = -1;  ///< Index of the rigid body that touches the host; -1: the guest is deformable.
-  /// Number of the point on the guest; host, guest and this number name the contact from step to step.
-  ///
-  /// For a deformable guest it is an index i into Bodies::points, or points.size() + e for an edge contact on
-  /// Bodies::edges[e], or at_corner() for a vertex-face or support-face contact. For a rigid guest it is the
-  /// index of a sample; or samples.size() + i for an edge contact next to FeatureEdges::nodes[i]; or a
-  /// number after these for a sample against several faces of a mesh, see find_faces_around_sample(); or
-  /// -1 - k for support point k; or against_face() for a support point against a face of a mesh.
-  int guest_point = -1;
+  FeatureId feature;     ///< Place on the guest; host, guest and place name the contact from step to step.
   Vec3 normal = Vec3::UnitY();        ///< Unit: outward normal of the host.
   Vec3 first_normal = Vec3::UnitY();  ///< Unit: `normal` at the beginning of the step, when it was found.
   Vec3 host_arm = Vec3::Zero();       ///< m: from the host's center of mass to the contact.
@@ -78,7 +71,7 @@ struct ContactPoint {
   bool is_on_edge() const { return !edge.normal.isZero(0); }
   /// Returns whether a sample of a rigid guest, or a surface point of a deformable one, touches the nearest
   /// surface of the host.
-  bool is_sample() const { return guest_point >= 0 && !is_on_edge(); }
+  bool is_sample() const { return !feature.is_support() && !is_on_edge(); }
 };
 
 /// The contacts between two bodies: a range of ContactSet::points.
@@ -126,14 +119,10 @@ inline bool moves_host(const Bodies& bodies, const ContactPoint& contact) {
 /// Returns the place of a contact on its deformable guest.
 inline const SurfacePoint& surface_point(const Bodies& bodies, const ContactPoint& contact) {
   return contact.is_on_edge() ? contact.on_surface
-                              : bodies.points[static_cast<std::size_t>(contact.guest_point)];
+                              : bodies.points[static_cast<std::size_t>(contact.feature.index)];
 }
-/// Returns ContactPoint::guest_point for a contact in the faces of a deformable guest. `corner` numbers what
-/// of the host touches them: its corners, then its convex vertices, then its support points. Corners and
-/// convex vertices keep their number on whichever face they are, support points have one for each face.
-int at_corner(const Bodies& bodies, int guest_deformable, int corner);
-/// Sets `contact.on_surface` for a contact on an edge or a face of a deformable guest, from its `guest_point`
-/// and `edge`: particles, weights, inverse mass and contact offset.
+/// Sets `contact.on_surface` for a contact on an edge or a face of a deformable guest, from its `feature` and
+/// `edge`: particles, weights, inverse mass and contact offset.
 void put_on_surface(const Bodies& bodies, ContactPoint& contact);
 
 /// Applies an impulse that only turns to one rigid body: `moment` (N m s, world). Bodies that are not dynamic
@@ -190,15 +179,14 @@ struct Touch {
   Vec3 foot = Vec3::Zero();
 };
 
-/// Returns the touch of point `sample` of a rigid guest, numbered as ContactPoint::guest_point, with the
-/// bodies at the given poses. `lowest` is ContactPoint::edge.
+/// Returns the touch of the place `feature` of a rigid guest, with the bodies at the given poses. `lowest` is
+/// ContactPoint::edge.
 Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
-            const Pose& guest_pose, int sample, const EdgePoint& lowest = {});
-/// Returns the touch of point `sample` of the rigid body `guest` with the rigid body `host` and the static
-/// bodies that adjoin it, with both at the given poses. `sample` and `lowest` are ContactPoint::guest_point
-/// and ContactPoint::edge.
+            const Pose& guest_pose, const FeatureId& feature, const EdgePoint& lowest = {});
+/// Returns the touch of the place `feature` of the rigid body `guest` with the rigid body `host` and the
+/// static bodies that adjoin it, with both at the given poses. `lowest` is ContactPoint::edge.
 Touch touch(const Bodies& bodies, int host, const Pose& host_pose, int guest, const Pose& guest_pose,
-            int sample, const EdgePoint& lowest);
+            const FeatureId& feature, const EdgePoint& lowest);
 /// Returns the touch of a contact with a deformable guest, with its point at `x` (m) and the host at
 /// `host_pose`.
 Touch touch(const Bodies& bodies, const ContactPoint& contact, const Pose& host_pose, const Vec3& x);

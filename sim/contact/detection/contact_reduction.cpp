@@ -336,7 +336,8 @@ void add_to_patches(double size, std::size_t begin, std::vector<NearPoint>& touc
     const Vec3 across = (corner[1] - corner[0]).cross(corner[2] - corner[0]).normalized();
     for (std::size_t i = begin; i < touches.size(); ++i) {
       NearPoint& touch = touches[i];
-      if ((touch.point >= 0 && touch.plane_index < 0) || touch.patch >= 0 || touch.reversed != patch.reversed)
+      if ((!touch.feature.is_support() && touch.plane_index < 0) || touch.patch >= 0 ||
+          touch.reversed != patch.reversed)
         continue;
       if ((touch.normal - patch.normal).norm() > same_plane ||
           std::abs(across.dot(touch.position - corner[0])) > same_plane * size)
@@ -371,10 +372,10 @@ void join_patches(double size, const Pose& guest_in_host, std::size_t begin, std
     // body's touches, which have dropped theirs.
     bool is_left = false;
     for (std::size_t i = begin; i < touches.size(); ++i)
-      is_left |= touches[i].patch == patch.number && touches[i].point >= 0;
+      is_left |= touches[i].patch == patch.number && !touches[i].feature.is_support();
     if (!is_left) continue;
     const auto is_beneath = [&](NearPoint& touch) {
-      if (touch.reversed == patch.reversed || touch.point < 0) return false;
+      if (touch.reversed == patch.reversed || touch.feature.is_support()) return false;
       const Quat& turn = guest_in_host.orientation;
       const Vec3 x =
           patch.reversed ? guest_in_host.to_body(touch.position) : guest_in_host.to_world(touch.position);

@@ -287,7 +287,7 @@ class Walk {
     if (!inward.isZero(0) && normal.dot(inward) < min_edge_facing) return;
     EdgeContact found;
     found.edge = {place, normal, x - distance * normal, line_.radius};
-    found.node = node;
+    found.feature = FeatureId::edge(node);
     found.distance = distance - line_.radius;
     found.precision = end_precision * line_.longest;
     found_.push_back(found);
@@ -304,7 +304,7 @@ class Walk {
     const Vec3 place_in_guest = place(i, t), x = pose_.to_world(place_in_guest);
     EdgeContact found;
     found.edge = {place_in_guest, normal, x - (normal.dot(x) - plane->height) * normal, line_.radius};
-    found.node = line_.begin + i;
+    found.feature = FeatureId::edge(line_.begin + i);
     found.distance = least - line_.radius;
     found.precision = precision * line_.longest;
     found_.push_back(found);
@@ -337,6 +337,7 @@ std::optional<EdgeContact> place_on_edge(const Vec3& first, const Vec3& second, 
   const Vec3 x = place(at), foot = x - (plane->normal.dot(x) - plane->height) * plane->normal;
   return EdgeContact{.edge = {x, plane->normal, foot, 0, {1 - at / parts, at / parts}},
                      .plane_frame = {},
+                     .feature = {},
                      .distance = least,
                      .precision = precision * (second - first).norm() / parts};
 }

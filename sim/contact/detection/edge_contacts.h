@@ -7,6 +7,7 @@
 #include <optional>
 #include <vector>
 
+#include "sim/contact/detection/feature_id.h"
 #include "sim/geometry/level_set/feature_edges.h"
 
 namespace duet {
@@ -42,12 +43,9 @@ struct PlaneFrame {
 struct EdgeContact {
   EdgePoint edge;          ///< The place and its plane.
   PlaneFrame plane_frame;  ///< The body or feature that the plane moves with.
-  /// Number of the place: on a rigid guest the node of its feature edges next to it, or a number after them,
-  /// see find_faces_around_sample(); in a face of a deformable guest the feature of the host, see
-  /// at_corner().
-  int node = -1;
-  double distance = 0;   ///< m: signed distance of the ball about the place from the host.
-  double precision = 0;  ///< m: how precisely the place is known along its line.
+  FeatureId feature;       ///< Name of the place. In a face of a deformable guest it lacks the guest.
+  double distance = 0;     ///< m: signed distance of the ball about the place from the host.
+  double precision = 0;    ///< m: how precisely the place is known along its line.
 };
 
 /// Returns whether a shape is a ball or what a ball sweeps out along a line: a sphere, capsule or torus.

@@ -21,7 +21,7 @@ constexpr double same_face_normal =
 constexpr double beyond_edge = 1e-9;  // rounding, relative to a face's area or the host's smallest size
 // Least height by which a face rises above the nearest plane, relative to the host's smallest size: rounding.
 constexpr double rise = 1e-6;
-constexpr int planes_of_sample = 4;  // most planes that one sample touches: they number its contacts
+constexpr int planes_of_sample = 4;  // most planes that one sample touches
 // Greatest depth of another point of the guest below a support point at which the plane of the nearest
 // surface counts, relative to the distance from the support point to ShapeSupportPoint::inside.
 constexpr double same_point = 0.002;
@@ -57,11 +57,11 @@ bool rises(const MeshDistance::Face& face, const EdgePoint& place, double least)
 
 // Replaces the touch of a sample by one for each of the places from `first` on. The first place is the plane
 // of that touch; only its touch stays in the sample's patch.
-void put_planes(const RigidProperties& guest, std::size_t touch, std::size_t first,
-                std::vector<NearPoint>& touches, const std::vector<EdgeContact>& places) {
+void put_planes(std::size_t touch, std::size_t first, std::vector<NearPoint>& touches,
+                const std::vector<EdgeContact>& places) {
   for (std::size_t i = first; i < places.size(); ++i) {
     NearPoint plane = touches[touch];
-    plane.point = static_cast<int>(guest.samples.size()) + places[i].node;
+    plane.feature = places[i].feature;
     plane.normal = places[i].edge.normal;
     plane.gap = places[i].distance;
     plane.plane_index = static_cast<int>(i);
@@ -84,8 +84,8 @@ void find_faces_around(const LevelSet& host, const LevelSet& guest, const Pose& 
   const Vec3 center = in_host.to_world((guest.lower() + guest.upper()) / 2);
   const Vec3 half = (turn.cwiseAbs() * ((guest.upper() - guest.lower()) / 2)).array() + margin;
   const Eigen::AlignedBox3d around(center - half, center + half);
-  const auto add = [&](int k, int face, const Vec3& x, const Vec3& normal, double gap) {
-    touches.push_back({.point = against_face(guest, k, face),
+  const auto add = [&](int k, int plane, const Vec3& x, const Vec3& normal, double gap) {
+    touches.push_back({.feature = FeatureId::support(k, plane),
                        .position = x,
                        .normal = normal,
                        .gap = gap,
@@ -130,13 +130,13 @@ void find_faces_around_sample(const LevelSet& host, const RigidProperties& guest
   const NearPoint own = touches[touch];
   const Vec3 x = own.position;
   if (host.kind != LevelSet::Kind::grid || !std::isfinite(own.gap) || !host.grid->is_exact(x)) return;
-  const auto sample = as_index(own.point);
+  const auto sample = as_index(own.feature.index);
   const Vec3 inside = in_host.to_world(guest.inside[sample]);
   const std::size_t first = places.size();
-  const int first_number = static_cast<int>(guest.feature_edges.nodes.size()) + planes_of_sample * own.point;
   const auto add = [&](const Vec3& normal, double gap) {
     EdgeContact& place = places.emplace_back();
-    place.node = first_number + static_cast<int>(places.size() - 1 - first);
+    place.feature = {FeatureId::Kind::point_on_plane, own.feature.index,
+                     static_cast<int>(places.size() - 1 - first)};
     place.edge.place = guest.samples[sample];
     place.edge.normal = normal;
     place.edge.foot = x - gap * normal;
@@ -151,7 +151,7 @@ void find_faces_around_sample(const LevelSet& host, const RigidProperties& guest
     if (!(std::abs(gap) < margin) || n.dot(inside - face.corner[0]) <= 0) return;
     const auto known = places.begin() + static_cast<std::ptrdiff_t>(first);
     const bool is_other = std::none_of(known, places.end(), [&](const EdgeContact& found) {
-      return found.edge.normal.dot(n) > (found.node == first_number ? sharp_edge : same_face_normal);
+      return found.edge.normal.dot(n) > (found.feature.sub == 0 ? sharp_edge : same_face_normal);
     });
     if (!is_other || !rises(face, places[first].edge, min_rise)) return;
     const auto is_crease = [&](const Vec3& a, const Vec3& b) {
@@ -171,7 +171,7 @@ void find_faces_around_sample(const LevelSet& host, const RigidProperties& guest
     places.pop_back();
     return;
   }
-  put_planes(guest, touch, first, touches, places);
+  put_planes(touch, first, touches, places);
 }
 
 }  // namespace duet

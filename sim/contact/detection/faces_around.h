@@ -26,9 +26,9 @@ void find_faces_around(const LevelSet& host, const LevelSet& guest, const Pose& 
 ///
 /// `touches[touch]` is the touch of the sample. If faces rise from its plane less than `margin` (m) away, it
 /// is replaced by one with that plane, and one touch is appended for each of these faces; their planes are
-/// appended to `places`. There are at most four planes, which have numbers of their own in
-/// ContactPoint::guest_point. Each has to keep its contact for the step: all samples of a box that stands in
-/// a groove with one edge are as near to one side as to the other.
+/// appended to `places`. There are at most four planes, each with a FeatureId of its own. Each has to keep
+/// its contact for the step: all samples of a box that stands in a groove with one edge are as near to one
+/// side as to the other.
 void find_faces_around_sample(const LevelSet& host, const RigidProperties& guest, const Pose& in_host,
                               double margin, std::size_t touch, std::vector<NearPoint>& touches,
                               std::vector<EdgeContact>& places);

@@ -44,7 +44,7 @@ class Path {
   Touch at(double s) const {
     const Pose host = pose(contact_.host, s), guest = pose(contact_.guest_rigid, s);
     if (!contact_.is_on_edge())
-      return touch(bodies_, contact_.host, host, contact_.guest_rigid, guest, contact_.guest_point,
+      return touch(bodies_, contact_.host, host, contact_.guest_rigid, guest, contact_.feature,
                    contact_.edge);
     const LevelSet& shape = bodies_.rigid.properties[as_index(contact_.host)].shape;
     const Vec3 x = guest.to_world(contact_.edge.place);
@@ -57,7 +57,7 @@ class Path {
   // step, m.
   double gap_to_plane(double s) const {
     return touch(bodies_, contact_.host, pose(contact_.host, s), contact_.guest_rigid,
-                 pose(contact_.guest_rigid, s), contact_.guest_point, contact_.edge)
+                 pose(contact_.guest_rigid, s), contact_.feature, contact_.edge)
         .gap;
   }
 
@@ -187,7 +187,7 @@ bool meets_from_outside(const Bodies& bodies, const Path& path, const Meeting& m
   constexpr double probe = 0.01;        // e, relative to the guest's smallest size
   constexpr double min_distance = 0.8;  // relative to e: smooth meshes with flat faces reach 0.9
   const bool is_on_axis = contact.is_on_edge() && contact.edge.radius > 0;
-  if (contact.guest_point < 0 || is_on_axis) return true;
+  if (contact.feature.is_support() || is_on_axis) return true;
   const LevelSet& guest = bodies.rigid.properties[as_index(contact.guest_rigid)].shape;
   const double e = probe * guest.min_size();
   const Vec3 x = meeting.touch.position - e * meeting.touch.normal;
@@ -263,10 +263,10 @@ Vec3 way_into_guest(const Bodies& bodies, const ContactPoint& contact) {
   constexpr double way = 0.25;  // relative to the guest's smallest size
   const RigidProperties& guest = bodies.rigid.properties[as_index(contact.guest_rigid)];
   const Quat& turn = bodies.rigid.state[as_index(contact.guest_rigid)].pose.orientation;
-  const std::size_t node = as_index(contact.guest_point) - guest.samples.size();
-  return node < guest.feature_edges.inward.size()
-             ? Vec3(way * guest.shape.min_size() * (turn * guest.feature_edges.inward[node]))
-             : Vec3::Zero();
+  const auto node = as_index(contact.feature.index);
+  const std::vector<Vec3>& inward = guest.feature_edges.inward;
+  if (contact.feature.kind != FeatureId::Kind::edge || node >= inward.size()) return Vec3::Zero();
+  return way * guest.shape.min_size() * (turn * inward[node]);
 }
 
 // Returns whether the plane of an edge contact ends where the guest's edge is level with its end, so that the
@@ -328,7 +328,7 @@ void find_impact_planes(const Bodies& bodies, const VelocityState& velocity, dou
   parallel_for(contacts.points.size(), 64, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i) {
       ContactPoint& contact = contacts.points[i];
-      const bool is_against_face = contact.is_on_edge() && contact.guest_point < 0;
+      const bool is_against_face = contact.is_on_edge() && contact.feature.is_support();
       if (!contact.is_rigid_pair() || is_against_face) continue;
       look_ahead(bodies, Path(bodies, velocity, dt, orientation, contact), dt, fall, contact);
     }

@@ -40,8 +40,8 @@ class Lines {
   // Returns whether touch i is that of end k (0 or 1) of the guest, and in no patch yet.
   bool is_end(std::size_t i, int k) const {
     const NearPoint& touch = chunk_.touches[i];
-    return touch.reversed == is_reversed_ && touch.point < 0 && touch.patch < 0 &&
-           support_number(guest_, touch.point) == k && std::isfinite(touch.gap);
+    return touch.reversed == is_reversed_ && touch.feature.is_support() && touch.patch < 0 &&
+           touch.feature.index == k && std::isfinite(touch.gap);
   }
 
   // Returns whether the touches i and j are near one plane, and almost equally high above it.
@@ -59,7 +59,7 @@ class Lines {
     NearPoint inner[2];
     for (int n = 0; n < 2; ++n) {
       inner[n] = chunk_.touches[i];
-      inner[n].point = with_number(guest_, inner[n].point, 2 + n);
+      inner[n].feature.index = 2 + n;
       if (!place(inner[n])) return false;
     }
     ContactPatch& patch = chunk_.reduction.patches.emplace_back();
@@ -73,10 +73,10 @@ class Lines {
     return true;
   }
 
-  // Computes position and gap of the point that `touch.point` names, against the plane of the touch. Returns
-  // whether the point is near that plane as well.
+  // Computes position and gap of the point that `touch.feature` names, against the plane of the touch.
+  // Returns whether the point is near that plane as well.
   bool place(NearPoint& touch) const {
-    const int k = support_number(guest_, touch.point);
+    const int k = touch.feature.index;
     if (touch.plane_index >= 0) {
       const EdgePoint& face = chunk_.planes[as_index(touch.plane_index)].edge;
       touch.position = in_host_.to_world(

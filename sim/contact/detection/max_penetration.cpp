@@ -33,7 +33,7 @@ double max_penetration(const Bodies& bodies, const CandidateFilter& filter) {
             const double around = bodies.deformable[as_index(pairs[i].guest_deformable)].thickness / 2;
             const auto h = as_index(pairs[i].host);
             visit_near(bodies, search, pairs[i], around, [&](NearPoint near) {
-              if (neither_moves(bodies, bodies.points[as_index(near.point)], h)) return;
+              if (neither_moves(bodies, bodies.points[as_index(near.feature.index)], h)) return;
               near.gap -= around;
               look(near);
             });
@@ -42,8 +42,8 @@ double max_penetration(const Bodies& bodies, const CandidateFilter& filter) {
             visit_places(
                 bodies, search.broad_phase, pairs[i], around, [&](const BoundaryEdge&) { return around; },
                 scratch,
-                [&](int place, const EdgeContact& near) {
-                  contact.guest_point = place;
+                [&](const EdgeContact& near) {
+                  contact.feature = near.feature;
                   contact.edge = near.edge;
                   put_on_surface(bodies, contact);
                   if (!neither_moves(bodies, contact.on_surface, h))

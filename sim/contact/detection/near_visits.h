@@ -88,7 +88,8 @@ void visit_near(const RigidBodies& rigid, const BodyPair& pair, double margin, V
     const ShapeSupportPoint deepest = support_point(guest.shape, k, in_host, host.shape);
     const double gap = host.shape.distance(deepest.position);
     if (gap < margin)
-      visit(NearPoint{.point = -1 - k, .position = deepest.position, .gap = gap}, deepest.inside);
+      visit(NearPoint{.feature = FeatureId::support(k), .position = deepest.position, .gap = gap},
+            deepest.inside);
   }
   if (ignores_samples(host.shape, guest.shape)) return;
   const bool rolls = rolls_over_samples(host.shape);
@@ -100,7 +101,7 @@ void visit_near(const RigidBodies& rigid, const BodyPair& pair, double margin, V
     if (!host.is_near(y) || is_beside_side(host.shape, y)) continue;
     const double gap = host.shape.distance(y);
     if (gap < margin)
-      visit(NearPoint{.point = static_cast<int>(i), .position = y, .gap = gap},
+      visit(NearPoint{.feature = FeatureId::point(static_cast<int>(i)), .position = y, .gap = gap},
             rotation * guest.inside[i] + offset);
   }
 }
@@ -129,16 +130,16 @@ void visit_near(const Bodies& bodies, const CandidateSearch& search, const BodyP
       const Vec3 y = host.to_body * (search.point[as_index(i)] - host.center);
       if (!host.is_near(y)) continue;
       const double gap = host.shape.distance(y);
-      if (gap < margin) visit(NearPoint{.point = i, .position = y, .gap = gap});
+      if (gap < margin) visit(NearPoint{.feature = FeatureId::point(i), .position = y, .gap = gap});
     }
   }
 }
 
-/// Calls visit(number, near) for the edge contacts of the pair's deformable guest with its host, at most one
-/// for each boundary edge. `number` is ContactPoint::guest_point, `near` an EdgeContact. Its distance,
-/// without the contact offset of the edge, is less than `margin` and margin_of(edge) (both m). Places that
-/// are no support points, places at internal edges, and edges that need no contact between their surface
-/// points (is_coarse_for()) are left out. `bounds` are those of the host; `scratch` keeps its storage.
+/// Calls visit(near) for the edge contacts of the pair's deformable guest with its host, at most one for each
+/// boundary edge. `near` is an EdgeContact. Its distance, without the contact offset of the edge, is less
+/// than `margin` and margin_of(edge) (both m). Places that are no support points, places at internal edges,
+/// and edges that need no contact between their surface points (is_coarse_for()) are left out. `bounds` are
+/// those of the host; `scratch` keeps its storage.
 template <class MarginOf, class Visit>
 void visit_edges(const Bodies& bodies, const BodyBounds& bounds, const BodyPair& pair, double margin,
                  const MarginOf& margin_of, std::vector<double>& scratch, Visit&& visit) {
@@ -159,9 +160,10 @@ void visit_edges(const Bodies& bodies, const BodyBounds& bounds, const BodyPair&
     const Vec3 first = host.to_body * (a - host.center), second = host.to_body * (b - host.center);
     if (!host.box().intersects(hull(first, second))) continue;
     if (!is_coarse_for(properties.shape, (second - first).norm() / body.parts_per_edge)) continue;
-    const std::optional<EdgeContact> near = edge_contact_on(first, second, body.parts_per_edge, host.shape,
-                                                            std::min(margin, margin_of(edge)), scratch);
+    std::optional<EdgeContact> near = edge_contact_on(first, second, body.parts_per_edge, host.shape,
+                                                      std::min(margin, margin_of(edge)), scratch);
     if (!near) continue;
+    near->feature = FeatureId::edge(e);
     const Pose& pose = bodies.rigid.state[h].pose;
     SurfacePoint point;
     point.count = 2;
@@ -170,11 +172,11 @@ void visit_edges(const Bodies& bodies, const BodyBounds& bounds, const BodyPair&
     if (is_support_point(bodies, point, pose.to_world(near->edge.place),
                          pose.orientation * near->edge.normal) &&
         !is_at_internal_edge(bodies, pair.host, pose.to_world(near->edge.foot), near->precision))
-      visit(static_cast<int>(bodies.points.size()) + e, *near);
+      visit(*near);
   }
 }
 
-/// Calls visit(number, near) for the edge contacts that visit_edges() visits, and then for the vertex-face
+/// Calls visit(near) for the edge contacts that visit_edges() visits, and then for the vertex-face
 /// and support-face contacts of the host with the guest's faces. The latter are less than `margin` (m) away.
 /// `chunk` is scratch: `edge`, `corners` and `in_faces` are used.
 template <class MarginOf, class Visit>
@@ -189,8 +191,10 @@ void visit_places(const Bodies& bodies, const BroadPhase& broad_phase, const Bod
     find_vertex_face_contacts(bodies, guest, bounds, pair.host, margin, chunk.corners, chunk.in_faces);
   if (has_support_face_contacts(guest, host.shape))
     find_support_face_contacts(bodies, guest, bounds, pair.host, margin, chunk.in_faces);
-  for (const EdgeContact& near : chunk.in_faces)
-    visit(at_corner(bodies, pair.guest_deformable, near.node), near);
+  for (EdgeContact& near : chunk.in_faces) {
+    near.feature.sub = pair.guest_deformable;
+    visit(near);
+  }
 }
 
 }  // namespace duet

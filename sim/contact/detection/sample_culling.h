@@ -25,7 +25,7 @@ class SampleCulling {
   /// touch. The samples beside any more would act, too.
   bool carry_for(const ContactPoint& contact, const Touch& predicted) {
     if (!contact.is_rigid_pair()) return false;
-    if (contact.guest_point < 0) {
+    if (contact.feature.is_support()) {
       if (count_ < deepest_.size()) deepest_[count_++] = {contact.host, predicted};
       return false;
     }

@@ -169,18 +169,6 @@ ShapeSupportPoint support_point(const LevelSet& shape, int k, const Pose& pose, 
   }
 }
 
-int support_number(const LevelSet& shape, int guest_point) {
-  return (-1 - guest_point) % support_numbers(shape);
-}
-
-int against_face(const LevelSet& shape, int k, int face) {
-  return -1 - (k + support_numbers(shape) * (1 + face));
-}
-
-int with_number(const LevelSet& shape, int guest_point, int k) {
-  return guest_point + support_number(shape, guest_point) - k;
-}
-
 ShapeSupportPoint support_point(const LevelSet& shape, int k, const Vec3& n) {
   switch (shape.kind) {
     case LevelSet::Kind::torus:

@@ -25,14 +25,6 @@ int support_numbers(const LevelSet& shape);
 /// body space of `host`. For tori, rims and the side of cylinders it is the best of a few fixed-point steps,
 /// the first of which is exact for flat hosts and balls.
 ShapeSupportPoint support_point(const LevelSet& shape, int k, const Pose& pose, const LevelSet& host);
-/// Returns the number k of the support point that `guest_point` names. ContactPoint::guest_point is -1 - k
-/// towards the nearest surface, and a smaller number of the kind of against_face() for another face.
-int support_number(const LevelSet& shape, int guest_point);
-/// Returns ContactPoint::guest_point for support point `k` of a shape against face number `face` of its host.
-int against_face(const LevelSet& shape, int k, int face);
-/// Returns `guest_point` with its support point replaced by number `k`. The face that it is against, if any,
-/// stays.
-int with_number(const LevelSet& shape, int guest_point, int k);
 
 /// Returns support point `k` of `shape` towards a plane with the unit normal `n`, which points to the shape's
 /// side of the plane. All is in the shape's own body space. The result is exact.

@@ -83,7 +83,7 @@ class SupportFaceSearch {
     lowest.weight = {weight[0], weight[1], weight[2]};
     lowest.face = face.number;
     near.plane_frame.deepest = k;
-    near.node = number;
+    near.feature = {FeatureId::Kind::in_face, number};
     near.distance = lowest.normal.dot(place - x);
     if (!is_found(near, face.size) &&
         !is_at_internal_edge(bodies_, host_, bodies_.rigid.state[as_index(host_)].pose.to_world(x), 0))

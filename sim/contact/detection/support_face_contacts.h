@@ -21,7 +21,7 @@ bool is_coarse_for(const LevelSet& host, double apart);
 /// of `host` towards it, the place on the face that the support point is above.
 ///
 /// The support point has to be less than `margin` (m) outside of the face, or no deeper inside than
-/// max_below(). Sheets are looked at from both sides. EdgeContact::node continues the numbers of the host's
+/// max_below(). Sheets are looked at from both sides. FeatureId::index continues the numbers of the host's
 /// corners and convex vertices. `host_bounds` are the bounds of `host`.
 void find_support_face_contacts(const Bodies& bodies, const DeformableBody& guest,
                                 const BodyBounds& host_bounds, int host, double margin,

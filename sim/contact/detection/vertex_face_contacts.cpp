@@ -112,7 +112,7 @@ class VertexFaceSearch {
     // that it could slide over, so that its plane stays on the host.
     const bool is_above = (nearest.way - height * outward).norm() <= at_face * nearest.size;
     if (is_above && !at_corner.is_hosts_own) found.plane_frame.kind = PlaneFrame::Kind::face;
-    found.node = nearest.corner;
+    found.feature = {FeatureId::Kind::in_face, nearest.corner};
     found.distance = lowest.normal.dot(lowest.place - lowest.foot);
     return found;
   }

@@ -38,7 +38,7 @@ bool has_vertex_face_contacts(const DeformableBody& guest, const FeatureEdges& f
 /// The corner has to be less than `margin` (m) outside of the boundary, or no deeper inside than
 /// max_below(), with the rest of the host on the outer side. Sheets are looked at from both sides. The plane
 /// goes through the corner. Its normal is the face's, or the host's own if that lies flat on the face.
-/// EdgeContact::node is the number of the corner. `host_bounds` are the bounds of `host`.
+/// FeatureId::index is the number of the corner. `host_bounds` are the bounds of `host`.
 void find_vertex_face_contacts(const Bodies& bodies, const DeformableBody& guest,
                                const BodyBounds& host_bounds, int host, double margin,
                                VertexSearches& scratch, std::vector<EdgeContact>& found);

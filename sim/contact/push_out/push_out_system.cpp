@@ -82,7 +82,7 @@ void PushOutSystem::add(const ContactPoint& contact, std::size_t guest, const Ve
     // points.
     row.point = contact.is_on_edge()
                     ? static_cast<int>(bodies_->points.size() + bodies_->edges.size() + rows_.size())
-                    : contact.guest_point;
+                    : contact.feature.index;
     row.inverse_mass = point.inverse_mass;
     guest_inertia = 1 / point.inverse_mass;
     row.guest_mass = guest_inertia * Mat3::Identity();

@@ -238,7 +238,7 @@ const ArticulatedResponse* ArticulatedResponse::prepare(const Bodies& bodies, Jo
     if (!takes(remembered)) continue;
     contact.host = remembered.host;
     contact.guest_rigid = remembered.guest_rigid;
-    contact.guest_point = remembered.guest_point;
+    contact.feature = remembered.feature;
     contact.edge = remembered.edge;
     if (contact.is_on_edge() && !contact.is_rigid_pair()) put_on_surface(bodies, contact);
     update_geometry(bodies, contact);

@@ -172,7 +172,7 @@ class Collider {
       return touch_ahead(bodies_, contact, dt_, impact_.change_by_forces(contact) + guest_held - host_held)
           .gap;
     return touch(bodies_, contact.host, pose_after(contact.host, scratch_.fall[h]), contact.guest_rigid,
-                 pose_after(contact.guest_rigid, scratch_.fall[g]), contact.guest_point, contact.edge)
+                 pose_after(contact.guest_rigid, scratch_.fall[g]), contact.feature, contact.edge)
         .gap;
   }
 
@@ -180,7 +180,7 @@ class Collider {
   Touch predicted_touch(const ContactPoint& contact) {
     if (contact.meets_ahead) return touch_ahead(bodies_, contact, dt_, impact_.change_by_forces(contact));
     return touch(bodies_, contact.host, predicted_pose(contact.host), contact.guest_rigid,
-                 predicted_pose(contact.guest_rigid), contact.guest_point, contact.edge);
+                 predicted_pose(contact.guest_rigid), contact.feature, contact.edge);
   }
 
   // Returns the gap of a deformable guest's point at the predicted positions, m.

@@ -115,7 +115,7 @@ void ContactProjection::build(const Bodies& bodies, const ContactCache& memory, 
   for (const CachedContact& remembered : memory) {
     contact.host = remembered.host;
     contact.guest_rigid = remembered.guest_rigid;
-    contact.guest_point = remembered.guest_point;
+    contact.feature = remembered.feature;
     contact.edge = remembered.edge;
     if (contact.is_on_edge() && !contact.is_rigid_pair()) put_on_surface(bodies, contact);
     if (!left_out.empty() && !contact.is_rigid_pair() &&

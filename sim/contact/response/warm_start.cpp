@@ -14,7 +14,7 @@ namespace {
 // Returns the key by which the cache is sorted.
 template <class Contact>
 auto name_of(const Contact& contact) {
-  return std::tie(contact.host, contact.guest_rigid, contact.guest_point);
+  return std::tie(contact.host, contact.guest_rigid, contact.feature);
 }
 
 // Returns the cached contact of the same name, or null.
@@ -256,8 +256,8 @@ void remember(const ContactSet& contacts, const ContactGraph& graph, double dura
     for (int i = pair.begin; i < pair.end; ++i) {
       const ContactPoint& contact = contacts.points[as_index(i)];
       if (!contact.impulse.isZero(0))
-        memory.push_back({contact.host, contact.guest_rigid, contact.guest_point, 0, contact.impulse,
-                          duration, contact.edge});
+        memory.push_back(
+            {contact.host, contact.guest_rigid, contact.feature, 0, contact.impulse, duration, contact.edge});
     }
   }
   std::sort(memory.begin(), memory.end(),

@@ -9,12 +9,12 @@
 
 namespace duet {
 
-/// A contact of the last step with its impulse. `host`, `guest_rigid` and `guest_point` together name the
+/// A contact of the last step with its impulse. `host`, `guest_rigid` and `feature` together name the
 /// contact.
 struct CachedContact {
   int host = -1,                ///< Rigid body with the level set, as in ContactPoint.
-      guest_rigid = -1,         ///< Rigid guest, as in ContactPoint; -1: the guest is deformable.
-      guest_point = -1;         ///< Number of the point of the guest, as in ContactPoint.
+      guest_rigid = -1;         ///< Rigid guest, as in ContactPoint; -1: the guest is deformable.
+  FeatureId feature = {};       ///< Place on the guest, as in ContactPoint.
   int unused = 0;               ///< Padding with a value, so that saved states have no undefined bytes.
   Vec3 impulse = Vec3::Zero();  ///< Impulse on the guest, N s, world.
   double duration = 0;          ///< Time over which the impulse acted, s.

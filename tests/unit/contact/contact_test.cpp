@@ -72,7 +72,7 @@ TEST(ContactPoint, ImpulsesAreEqualAndOppositeAtOnePlace) {
 void expect_the_same_anew(const Bodies& bodies, const ContactPoint& contact) {
   ContactPoint again;
   again.host = contact.host;
-  again.guest_point = contact.guest_point;
+  again.feature = contact.feature;
   again.edge = contact.edge;
   put_on_surface(bodies, again);
   update_geometry(bodies, again);
@@ -120,7 +120,7 @@ TEST(ContactPoint, VertexFaceContactsActOnTheirFaces) {
   add_soft_box(scene, "lower", Vec3(0.17, -half - 0.495, 0.29), Vec3(2, 1, 2), 2);
   Simulation simulation(scene, test::plan(scene));
   Bodies& bodies = simulation.world().bodies;
-  std::set<int> names;
+  std::set<FeatureId> names;
   for (const ContactPoint& contact : candidates(bodies, 1e-3).points) {
     ASSERT_TRUE(contact.is_on_edge());  // no surface point of a block is near
     const double side = contact.on_surface.particle[0] < bodies.deformable[1].first_particle ? 1 : -1;
@@ -129,7 +129,7 @@ TEST(ContactPoint, VertexFaceContactsActOnTheirFaces) {
     EXPECT_LT((contact.normal - side * Vec3::UnitY()).norm(), 1e-12);
     EXPECT_LT((touch(bodies, contact).position - side * Vec3(0, half - 0.005, 0)).norm(), 1e-12);
     expect_equal_and_opposite(bodies, contact);
-    names.insert(contact.guest_point);
+    names.insert(contact.feature);
     expect_the_same_anew(bodies, contact);
   }
   EXPECT_EQ(names.size(), 2U);
@@ -182,8 +182,8 @@ TEST(ContactCandidates, FindSoftEdgesOfWhichOnlyOneEndIsFast) {
     Mat3 gradient;  // 1/s
     for (int k = 0; k < 3; ++k) gradient.col(k) = 10 * test::random_vector(random);
     for (std::size_t p = 0; p < v.size(); ++p) v[p] = gradient * (x[p] - x[as_index(i) % x.size()]);
-    std::set<int> found;
-    for (const ContactPoint& contact : candidates(bodies, dt).points) found.insert(contact.guest_point);
+    std::set<FeatureId> found;
+    for (const ContactPoint& contact : candidates(bodies, dt).points) found.insert(contact.feature);
     for (int e = block.first_edge; e < block.first_edge + block.edge_count; ++e) {
       const auto [a, b] = bodies.edges[as_index(e)].particle;
       const auto near = edge_contact_on(pose.to_body(x[as_index(a)]), pose.to_body(x[as_index(b)]),
@@ -199,7 +199,7 @@ TEST(ContactCandidates, FindSoftEdgesOfWhichOnlyOneEndIsFast) {
         continue;  // the beam is beside the edge and not below it
       ++expected;
       of_one_end += !(near->distance < dt * std::min(at_a.norm(), at_b.norm()) / 2);
-      EXPECT_TRUE(found.contains(static_cast<int>(bodies.points.size()) + e)) << i << ' ' << e;
+      EXPECT_TRUE(found.contains(FeatureId::edge(e))) << i << ' ' << e;
     }
   }
   EXPECT_GT(expected, 200);

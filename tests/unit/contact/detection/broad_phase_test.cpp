@@ -294,7 +294,7 @@ VelocityState no_change(const Bodies& bodies) {
   return change;
 }
 
-using PointName = std::tuple<int, int, int>;  // host, rigid guest, point
+using PointName = std::tuple<int, int, FeatureId>;  // host, rigid guest, point
 
 // Returns the points that would lie inside of a body at the end of the step if nothing pushed them. Contact
 // has to start from all of these, except points on the far side of a body that goes in as a whole, points
@@ -317,17 +317,18 @@ std::set<PointName> points_inside_after(const Bodies& bodies, double dt) {
         if (i >= 0 && (ignores_samples(host.shape, guest.shape) ||
                        (rolls_over_samples(host.shape) && guest.on_flat[static_cast<std::size_t>(i)] != 0)))
           continue;
-        const double now = touch(host, state[h].pose, guest, state[g].pose, i).gap;
-        const Vec3 x = later[h].to_body(touch(host, later[h], guest, later[g], i).position);
+        const FeatureId place = i < 0 ? FeatureId::support(-1 - i) : FeatureId::point(i);
+        const double now = touch(host, state[h].pose, guest, state[g].pose, place).gap;
+        const Vec3 x = later[h].to_body(touch(host, later[h], guest, later[g], place).position);
         if (std::isfinite(now) && host.shape.distance(x) < 0)
-          inside.insert({static_cast<int>(h), static_cast<int>(g), i});
+          inside.insert({static_cast<int>(h), static_cast<int>(g), place});
       }
     }
     for (std::size_t i = 0; i < bodies.points.size(); ++i) {
       const Vec3 x = weighted(bodies.points[i], bodies.particles.x) +
                      dt * weighted(bodies.points[i], bodies.particles.v);
       if (host.shape.distance(later[h].to_body(x)) + bodies.points[i].contact_offset < 0)
-        inside.insert({static_cast<int>(h), -1, static_cast<int>(i)});
+        inside.insert({static_cast<int>(h), -1, FeatureId::point(static_cast<int>(i))});
     }
   }
   return inside;
@@ -349,7 +350,7 @@ TEST(ContactCandidates, MissNoPointThatEndsUpInsideABody) {
       find_candidates(bodies, filter, dt, none, contacts);
       std::set<PointName> candidates;
       for (const ContactPoint& contact : contacts.points)
-        candidates.insert({contact.host, contact.guest_rigid, contact.guest_point});
+        candidates.insert({contact.host, contact.guest_rigid, contact.feature});
       EXPECT_EQ(candidates.size(), contacts.points.size()) << "no point is found twice";
       const std::set<PointName> inside = points_inside_after(bodies, dt);
       EXPECT_GT(inside.size(), 100u);
@@ -370,11 +371,11 @@ TEST(ContactCandidates, AreTheSameForAnyNumberOfThreads) {
   const auto names_and_gaps = [&] {
     ContactSet contacts;
     find_candidates(bodies, {}, frame / 20, none, contacts);
-    std::vector<std::tuple<int, int, int, double>> all;
+    std::vector<std::tuple<int, int, FeatureId, double>> all;
     for (const ContactPair& pair : contacts.pairs)
       for (int i = pair.begin; i < pair.end; ++i) {
         const ContactPoint& contact = contacts.points[static_cast<std::size_t>(i)];
-        all.emplace_back(contact.host, contact.guest_rigid, contact.guest_point, contact.gap);
+        all.emplace_back(contact.host, contact.guest_rigid, contact.feature, contact.gap);
       }
     EXPECT_EQ(all.size(), contacts.points.size());
     return all;

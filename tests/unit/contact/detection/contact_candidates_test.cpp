@@ -74,11 +74,11 @@ TEST(ContactCandidates, PointsInThePlaneOfAPatchBelongToIt) {
 
 // Returns the numbers of the guest's points that can touch within a step of `dt` (s), if forces changed the
 // velocities by `change`.
-std::vector<int> names(const Bodies& bodies, double dt, const VelocityState& change) {
+std::vector<FeatureId> names(const Bodies& bodies, double dt, const VelocityState& change) {
   ContactSet contacts;
   find_candidates(bodies, {}, dt, change, contacts);
-  std::vector<int> result;
-  for (const ContactPoint& contact : contacts.points) result.push_back(contact.guest_point);
+  std::vector<FeatureId> result;
+  for (const ContactPoint& contact : contacts.points) result.push_back(contact.feature);
   return result;
 }
 

@@ -64,13 +64,14 @@ TEST(ContactPlane, APointBesideAnEdgeFacesNothing) {
   host.shape = plate;
   guest.samples = {point};
   guest.inside = {inside};
-  EXPECT_EQ(touch(host, Pose(), guest, Pose(), 0).gap, std::numeric_limits<double>::infinity());
+  EXPECT_EQ(touch(host, Pose(), guest, Pose(), FeatureId::point(0)).gap,
+            std::numeric_limits<double>::infinity());
   guest.samples = {Vec3(0.75, 0.625, 0)};
-  EXPECT_EQ(touch(host, Pose(), guest, Pose(), 0).gap, 0.125);
+  EXPECT_EQ(touch(host, Pose(), guest, Pose(), FeatureId::point(0)).gap, 0.125);
   // A sample that overlaps has a finite gap nevertheless, because it must leave somewhere.
   guest.samples = {Vec3(1 - 1.0 / 64, -0.25, 0)};
   guest.inside = {Vec3(0.75, -0.25, 0)};
-  const Touch overlap = touch(host, Pose(), guest, Pose(), 0);
+  const Touch overlap = touch(host, Pose(), guest, Pose(), FeatureId::point(0));
   EXPECT_EQ(overlap.gap, -1.0 / 64);
   EXPECT_EQ(overlap.normal, Vec3(1, 0, 0));
 }
@@ -122,7 +123,8 @@ TEST(ContactPlane, OfABallDeepInTheGround) {
   RigidProperties ground, ball;
   ground.shape = LevelSet::half_space();
   ball.shape = LevelSet::sphere(0.5);
-  const Touch lowest = touch(ground, Pose(), ball, Pose{Vec3(2, -0.75, 1), Quat::Identity()}, -1);
+  const Touch lowest =
+      touch(ground, Pose(), ball, Pose{Vec3(2, -0.75, 1), Quat::Identity()}, FeatureId::support(0));
   EXPECT_EQ(lowest.position, Vec3(2, -1.25, 1));
   EXPECT_EQ(lowest.normal, Vec3(0, 1, 0));
   EXPECT_EQ(lowest.gap, -1.25);

@@ -34,7 +34,7 @@ std::vector<NearPoint> reduced(double size, std::vector<NearPoint> all) {
 // Returns the numbers of the points.
 std::set<int> names(const std::vector<NearPoint>& list) {
   std::set<int> result;
-  for (const NearPoint& touch : list) result.insert(touch.point);
+  for (const NearPoint& touch : list) result.insert(touch.feature.index);
   return result;
 }
 

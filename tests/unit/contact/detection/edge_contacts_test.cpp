@@ -93,7 +93,7 @@ TEST(EdgeContacts, OfCrossingEdgesLieInThePlaneOfBoth) {
       host.shape = guest.shape = cube;
       guest.feature_edges = feature_edges;
       const Pose moved{pose.position + 0.1 * along - 0.2 * Vec3::UnitZ() + 0.5 * normal, pose.orientation};
-      const Touch touches = touch(host, Pose(), guest, moved, found[0].node, lowest);
+      const Touch touches = touch(host, Pose(), guest, moved, found[0].feature, lowest);
       EXPECT_NEAR(touches.gap, gap + 0.5, 1e-10);
       EXPECT_EQ(touches.normal, lowest.normal);
       ++told;
@@ -218,7 +218,7 @@ TEST(EdgeContacts, AreTheSameWithNothingSkipped) {
         all.end());
     ASSERT_EQ(found.size(), all.size());
     for (std::size_t k = 0; k < found.size(); ++k) {
-      EXPECT_EQ(found[k].node, all[k].node);
+      EXPECT_EQ(found[k].feature, all[k].feature);
       EXPECT_EQ(found[k].edge.place, all[k].edge.place);
       ++told;
     }

@@ -71,7 +71,7 @@ TEST(FacesAround, HaveTheGapsThatTheContactFinds) {
         for (const NearPoint& near : touches) {
           ++found;
           const EdgePoint& face = places[as_index(near.plane_index)].edge;
-          const double later = touch(host, Pose(), guest, pose, near.point, face).gap;
+          const double later = touch(host, Pose(), guest, pose, near.feature, face).gap;
           EXPECT_NEAR(later, near.gap, 0.002 * 0.25) << i;  // 0.25 m: greatest depth of inner points
         }
       }
@@ -88,7 +88,7 @@ std::vector<std::pair<Vec3, double>> planes_of(const RigidProperties& host, cons
   guest.samples = {x};
   guest.inside = {x + 0.1 * inwards.normalized()};
   NearPoint own;
-  own.point = 0;
+  own.feature = FeatureId::point(0);
   own.position = x;
   const ContactPlane plane = contact_plane(host.shape, x, guest.inside[0]);
   own.normal = plane.normal;

@@ -80,7 +80,7 @@ TEST(ImpactPlane, IsNoneOfPointsThatAreHitAlongTheirEdge) {
   int passed = 0;
   for (const ContactPoint& contact : contacts.contacts.points) {
     if (!contact.meets_ahead || contact.guest_rigid != 2) continue;
-    EXPECT_TRUE(std::isinf(contact.gap)) << contact.guest_point;
+    EXPECT_TRUE(std::isinf(contact.gap)) << contact.feature.index;
     ++passed;
   }
   EXPECT_GT(passed, 0);

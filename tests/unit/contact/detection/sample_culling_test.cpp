@@ -32,15 +32,15 @@ struct Asked {
   Touch touch;
 };
 
-// Returns sample or support point `sample` of the guest (body 1) on the ground (body 0).
-Asked on_ground(const Guest& guest, int sample) {
+// Returns the place `feature` of the guest (body 1) on the ground (body 0).
+Asked on_ground(const Guest& guest, const FeatureId& feature) {
   RigidProperties ground;
   ground.shape = LevelSet::half_space();
   Asked asked;
-  asked.touch = touch(ground, Pose(), guest.properties, guest.pose, sample);
+  asked.touch = touch(ground, Pose(), guest.properties, guest.pose, feature);
   asked.contact.host = 0;
   asked.contact.guest_rigid = 1;
-  asked.contact.guest_point = sample;
+  asked.contact.feature = feature;
   asked.contact.guest_arm = asked.touch.position - guest.pose.position;
   return asked;
 }
@@ -49,7 +49,7 @@ Asked on_ground(const Guest& guest, int sample) {
 SampleCulling told(const Guest& guest) {
   SampleCulling deepest;
   for (int k = 0; k < support_point_count(guest.properties.shape); ++k) {
-    const Asked asked = on_ground(guest, -1 - k);
+    const Asked asked = on_ground(guest, FeatureId::support(k));
     EXPECT_FALSE(deepest.carry_for(asked.contact, asked.touch)) << "deepest points always count";
   }
   return deepest;
@@ -69,9 +69,9 @@ TEST(SampleCulling, KnowsTheSupportPointsOfManyFaces) {
       contact.guest_rigid = 1;
       contact.guest_arm = Vec3(std::cos(0.19 * i), 0, std::sin(0.19 * i));
       const Touch touch{contact.guest_arm, -contact.guest_arm, 0, Vec3::Zero()};
-      contact.guest_point = -1 - i;
+      contact.feature = FeatureId::support(i);
       EXPECT_FALSE(deepest.carry_for(contact, touch));
-      contact.guest_point = i;
+      contact.feature = FeatureId::point(i);
       EXPECT_TRUE(deepest.carry_for(contact, touch)) << i;
     }
   }
@@ -88,7 +88,7 @@ TEST(SampleCulling, DropsAllSamplesOfARollingWheel) {
     SampleCulling deepest = told(wheel);
     int near = 0;
     for (int sample = 0; sample < static_cast<int>(wheel.properties.samples.size()); ++sample) {
-      const Asked asked = on_ground(wheel, sample);
+      const Asked asked = on_ground(wheel, FeatureId::point(sample));
       if (asked.touch.normal.y() < 0.5 || asked.touch.gap > 0.2) continue;
       near += asked.touch.gap < 0.02;
       EXPECT_TRUE(deepest.carry_for(asked.contact, asked.touch)) << asked.touch.position.transpose();
@@ -102,10 +102,10 @@ TEST(SampleCulling, DropsAllSamplesOfARollingWheel) {
 TEST(SampleCulling, OnAFlatTorusDropsSamplesNearTheSupport) {
   const Guest ring(torus, Vec3(3, 0.1, 1));
   SampleCulling deepest = told(ring);
-  const Vec3 lowest = on_ground(ring, -1).touch.position;
+  const Vec3 lowest = on_ground(ring, FeatureId::support(0)).touch.position;
   int beside = 0, away = 0;
   for (int sample = 0; sample < static_cast<int>(ring.properties.samples.size()); ++sample) {
-    const Asked asked = on_ground(ring, sample);
+    const Asked asked = on_ground(ring, FeatureId::point(sample));
     if (std::abs(asked.touch.gap) > 1e-12) continue;  // only the circle of samples on which it lies
     const double distance = (asked.touch.position - lowest).norm();
     // The limit is a tenth of the distance from the center of mass, hypot(0.5, 0.1) for all of them.
@@ -122,8 +122,8 @@ TEST(SampleCulling, OnAFlatTorusDropsSamplesNearTheSupport) {
 TEST(SampleCulling, NeedsTheSameHostAndNormal) {
   const Guest wheel(torus, Vec3(0, 0.6, 0), upright);
   SampleCulling deepest = told(wheel);
-  Asked beside = on_ground(wheel, -1);
-  beside.contact.guest_point = 0;
+  Asked beside = on_ground(wheel, FeatureId::support(0));
+  beside.contact.feature = FeatureId::point(0);
   beside.touch.position.x() += 0.05;
   beside.touch.gap += 0.002;
   EXPECT_TRUE(deepest.carry_for(beside.contact, beside.touch));
@@ -150,8 +150,8 @@ TEST(SampleCulling, NeedsTheSameHostAndNormal) {
 TEST(SampleCulling, KeepsSamplesDeeperThanTheSupportPoint) {
   const Guest wheel(torus, Vec3(0, 0.6, 0), upright);
   SampleCulling deepest = told(wheel);
-  Asked deeper = on_ground(wheel, -1);
-  deeper.contact.guest_point = 0;
+  Asked deeper = on_ground(wheel, FeatureId::support(0));
+  deeper.contact.feature = FeatureId::point(0);
   deeper.touch.position.x() += 0.3;
   deeper.touch.gap -= 0.01;
   EXPECT_FALSE(deepest.carry_for(deeper.contact, deeper.touch));

@@ -51,7 +51,7 @@ TEST(ShapeSupportPoint, OverAPlaneIsTheLowestPointAtAnyOrientation) {
         const auto expected = lowest_point(shape, k == 0 ? 1 : -1, pose, -up);
         if (!expected) continue;
         ++told;
-        const Touch lowest = touch(ground, plane, guest, pose, -1 - k);
+        const Touch lowest = touch(ground, plane, guest, pose, FeatureId::support(k));
         EXPECT_LT((lowest.position - *expected).norm(), 1e-13);
         EXPECT_LT((lowest.normal - up).norm(), 1e-15);
         EXPECT_NEAR(lowest.gap, up.dot(*expected - plane.position), 1e-14);

@@ -149,8 +149,8 @@ TEST(SupportFaceContacts, AreOnTheSurfaceOfTheirBody) {
           EXPECT_GT(normal.dot(-outward), 0.94);
         else
           EXPECT_LT((normal - shape.normal(foot + 1e-6 * normal)).norm(), 1e-9);
-        EXPECT_TRUE(numbers.insert(near.node).second);
-        EXPECT_GE(near.node, corners);
+        EXPECT_TRUE(numbers.insert(near.feature.index).second);
+        EXPECT_GE(near.feature.index, corners);
       }
     }
   }
@@ -207,11 +207,11 @@ TEST(SupportFaceContacts, TouchWithTheRimsOfACylinder) {
   ASSERT_EQ(found.size(), 2U);
   std::set<int> numbers;
   for (const EdgeContact& near : found) {
-    numbers.insert(near.node);
+    numbers.insert(near.feature.index);
     EXPECT_NEAR(near.distance, 0.001, 1e-15);
     EXPECT_NEAR(std::abs(near.edge.foot.y()), 0.15, 1e-15);
     EXPECT_LT((places.pose().orientation * near.edge.normal + Vec3::UnitY()).norm(), 1e-14);
-    EXPECT_GE(near.node, static_cast<int>(places.host().feature_edges.corner_count()));
+    EXPECT_GE(near.feature.index, static_cast<int>(places.host().feature_edges.corner_count()));
   }
   EXPECT_EQ(numbers.size(), 2U);
   places.pose().orientation = Quat::Identity();

@@ -72,7 +72,7 @@ TEST(VertexFaceContacts, TouchTheFaceBelowThem) {
     corners.put(x, Vec3(0.2, 1, 0.1).normalized());
     const auto found = corners.find(0.01);
     ASSERT_EQ(found.size(), 1U);
-    EXPECT_EQ(found[0].node, 0);
+    EXPECT_EQ(found[0].feature.index, 0);
     EXPECT_NEAR(found[0].distance, height, 1e-14);
     EXPECT_LT((corners.normal(found[0]) + Vec3::UnitY()).norm(), 1e-12);  // outward of the cube
     EXPECT_LT((corners.surface_point(found[0]) - Vec3(0.31, 1, -0.17)).norm(), 1e-14);
@@ -146,9 +146,9 @@ TEST(VertexFaceContacts, ConvexVerticesTouchAsCorners) {
   for (int i = 0; i < static_cast<int>(properties.feature_edges.corner_count()); ++i)
     if (pose.to_world(properties.feature_edges.corner(i)).y() < 1 + margin) expected.push_back(i);
   for (const EdgeContact& near : corners.find(margin)) {
-    found.push_back(near.node);
+    found.push_back(near.feature.index);
     const Vec3 x = pose.to_world(near.edge.foot);
-    EXPECT_LT((x - pose.to_world(properties.feature_edges.corner(near.node))).norm(), 1e-12);
+    EXPECT_LT((x - pose.to_world(properties.feature_edges.corner(near.feature.index))).norm(), 1e-12);
     EXPECT_LT((corners.surface_point(near) - Vec3(x.x(), 1, x.z())).norm(), 1e-12);
     const Vec3 from_axis = x - pose.position, flat(from_axis.x(), 0, from_axis.z());
     const Vec3 normal = (from_axis - 0.5 * flat.normalized()).normalized();
@@ -193,7 +193,7 @@ TEST(VertexFaceContacts, HaveTheDistanceFromAnyBoundary) {
         return weight.minCoeff() >= 0 && weight.sum() <= 1;
       });
       for (const EdgeContact& near : corners.find(0.2)) {
-        if (near.node != 0) continue;
+        if (near.feature.index != 0) continue;
         EXPECT_EQ(near.distance < 0, is_inside);
         EXPECT_LE(std::abs(near.distance), least + 1e-12);  // above a face it is the distance
         EXPECT_GE(std::abs(near.distance), 0.9 * 0.94 * least);

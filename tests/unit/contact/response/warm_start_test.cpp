@@ -20,13 +20,13 @@ constexpr double dt = 1.0 / 64, g = 9.8;
 
 // Returns the entry of the contact cache for a contact with `impulse` (N s) over `duration` (s).
 CachedContact remembered(const ContactPoint& contact, const Vec3& impulse, double duration) {
-  return {contact.host, contact.guest_rigid, contact.guest_point, 0, impulse, duration};
+  return {contact.host, contact.guest_rigid, contact.feature, 0, impulse, duration};
 }
 
 // Sorts the entries as warm_start() requires.
 void sort_by_name(ContactCache& memory) {
   std::sort(memory.begin(), memory.end(), [](const auto& a, const auto& b) {
-    return std::tie(a.host, a.guest_rigid, a.guest_point) < std::tie(b.host, b.guest_rigid, b.guest_point);
+    return std::tie(a.host, a.guest_rigid, a.feature) < std::tie(b.host, b.guest_rigid, b.feature);
   });
 }
 
@@ -85,7 +85,7 @@ TEST(WarmStart, WhatASolveEndedWithIsWhatTheNextOneBeginsWith) {
   ASSERT_FALSE(memory.empty());
   EXPECT_EQ(static_cast<int>(memory.size()), count_active(cube.contacts, cube.graph));
   EXPECT_TRUE(std::is_sorted(memory.begin(), memory.end(), [](const auto& a, const auto& b) {
-    return a.guest_point < b.guest_point;  // host and guest are the same for all
+    return a.feature < b.feature;  // host and guest are the same for all
   }));
   fall();
   warm_start(memory, dt, cube.graph, cube.bodies, cube.contacts);
@@ -199,8 +199,8 @@ TEST(WarmStart, ScalesEachIslandByTheBestFraction) {
       for (std::size_t body = 0; body < 2; ++body) tower.state(body) = start[body];
       for (const ContactPoint& contact : tower.contacts.points)
         for (const CachedContact& past : memory)
-          if (std::tie(past.host, past.guest_rigid, past.guest_point) ==
-              std::tie(contact.host, contact.guest_rigid, contact.guest_point))
+          if (std::tie(past.host, past.guest_rigid, past.feature) ==
+              std::tie(contact.host, contact.guest_rigid, contact.feature))
             apply_impulse(tower.bodies, contact, share * past.impulse);
       return kinetic_energy_of(tower);
     };
@@ -244,7 +244,7 @@ TEST(WarmStart, ContactsOutOfReachTakeNothing) {
 TEST(WarmStart, AnotherPointOfTheSameBodiesTakesNothing) {
   ContactScene cube = falling_cube();
   ContactCache memory = memory_of_rest(cube, dt);
-  for (CachedContact& past : memory) past.guest_point += 100000;
+  for (CachedContact& past : memory) past.feature.index += 100000;
   cube.state(0).velocity = Vec3(0, -g * dt, 0);
   find_speculative_targets(dt, OrientationUpdate::exact, cube.graph, cube.bodies, cube.contacts);
   warm_start(memory, dt, cube.graph, cube.bodies, cube.contacts);
