@@ -19,7 +19,7 @@ std::vector<NearPoint> touches(const LevelSet& host, const LevelSet& guest, cons
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const Vec3 x = pose.to_world(samples[i]);
     if (host.distance(x) < margin)
-      found.push_back({static_cast<int>(i), false, x, host.normal(x), host.distance(x)});
+      found.push_back({FeatureId::point(static_cast<int>(i)), false, x, host.normal(x), host.distance(x)});
   }
   return found;
 }
