@@ -23,6 +23,10 @@ constexpr double share = 0.1;
 // and damping is to act on how fast they do.
 constexpr double row_range = 1.02;
 
+// Least part of the friction between two elements that is taken to be left when its couple is removed.
+// Between edges that are nearly parallel, and between small elements, less is left.
+constexpr double least_kept = 0.5;
+
 // Smallest barycentric weight of a particle for it to belong to a place on an element.
 constexpr double min_weight = 1e-9;
 
@@ -30,10 +34,13 @@ constexpr double min_weight = 1e-9;
 // largest angle between edges that count as parallel. `min_angle`: angles that rounding makes.
 constexpr double nearly_flat = 0.1, min_angle = 1e-9;
 
+// Returns how many particles the first element of a pair has.
+int first_count(ElementPair kind) { return kind == ElementPair::point_triangle ? 1 : 2; }
+
 // Returns whether the boxes of the two elements are farther apart than `range` (m), which is cheaper to
 // compute than their closest points.
 bool farther_than(double range, ElementPair kind, const FourPoints& x) {
-  const std::size_t first = kind == ElementPair::point_triangle ? 1 : 2;
+  const auto first = as_index(first_count(kind));
   Eigen::AlignedBox3d a, b;
   for (std::size_t i = 0; i < 4; ++i) (i < first ? a : b).extend(x[i]);
   return a.squaredExteriorDistance(b) > range * range;
@@ -41,7 +48,7 @@ bool farther_than(double range, ElementPair kind, const FourPoints& x) {
 
 // Returns an upper bound on the speed (m/s) at which a point of one element approaches a point of the other.
 double fastest_approach(ElementPair kind, const FourPoints& velocity) {
-  const std::size_t first = kind == ElementPair::point_triangle ? 1 : 2;
+  const auto first = as_index(first_count(kind));
   double squared = 0;
   for (std::size_t i = 0; i < first; ++i)
     for (std::size_t k = first; k < 4; ++k)
@@ -63,33 +70,41 @@ double min_speed(const RepulsionPair& pair, double dt) {
   return (pair.active ? share : 1) * std::min(0.0, (pair.thickness - pair.distance) / dt);
 }
 
-// Removes the angular momentum (N m s) that friction has added to a pair: its impulses act at two points at a
-// distance from each other, so they form a couple. The four particles are rotated together; if any is held,
-// nothing is done, because held particles take up the momentum.
-void remove_angular_momentum(const RepulsionPair& pair, const Vec3& angular_momentum,
-                             const std::vector<Vec3>& x, const std::vector<double>& inverse_mass,
-                             std::vector<Vec3>& v) {
+// A rotation of the four particles of a pair: v += turn x (x - center).
+struct Turn {
+  Vec3 turn = Vec3::Zero();     // rad/s
+  Vec3 center = Vec3::Zero();   // m: center of mass of the particles
+  Vec3 impulse = Vec3::Zero();  // N s: what it gives to the first element, and takes from the second
+};
+
+// Returns the rotation that removes an angular momentum (N m s) from a pair; none if a particle is held,
+// because held particles take up the momentum.
+Turn removal_of(const RepulsionPair& pair, const Vec3& angular_momentum, const std::vector<Vec3>& x,
+                const std::vector<double>& inverse_mass) {
   std::array<double, 4> mass;
   double total = 0;
-  Vec3 center = Vec3::Zero();
+  Turn result;
   for (std::size_t i = 0; i < 4; ++i) {
     const auto p = as_index(pair.particle[i]);
-    if (!(inverse_mass[p] > 0)) return;
+    if (!(inverse_mass[p] > 0)) return {};
     mass[i] = 1 / inverse_mass[p];
     total += mass[i];
-    center += mass[i] * x[p];
+    result.center += mass[i] * x[p];
   }
-  center /= total;
+  result.center /= total;
   Mat3 inertia = Mat3::Zero();
+  Vec3 first = Vec3::Zero();  // kg m: mass moment of the first element about the center
   for (std::size_t i = 0; i < 4; ++i) {
-    const Vec3 arm = x[as_index(pair.particle[i])] - center;
+    const Vec3 arm = x[as_index(pair.particle[i])] - result.center;
     inertia += mass[i] * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
+    if (i < as_index(pair.first)) first += mass[i] * arm;
   }
   // Keeps the inertia of particles on a line invertible; no angular momentum about the line needs to be
   // removed.
   inertia.diagonal().array() += 1e-14 * inertia.trace();
-  const Vec3 turn = inertia.inverse() * angular_momentum;
-  for (const int p : pair.particle) v[as_index(p)] -= turn.cross(x[as_index(p)] - center);
+  result.turn = -(inertia.inverse() * angular_momentum);
+  result.impulse = result.turn.cross(first);
+  return result;
 }
 
 // Returns the nearest point on a pair's first or second element, as the particles from `begin` to `end` that
@@ -189,8 +204,9 @@ std::optional<RepulsionPair> meeting(const CandidatePair& candidate, const FourP
     if (distance < range) {
       const Vec3 normal = closest.difference / distance;
       const double gap = normal.dot(weighted(closest.weight, start));
-      const RepulsionPair pair{candidate.particle,  closest.weight,    normal, gap,
-                               candidate.thickness, candidate.friction};
+      const RepulsionPair pair{
+          candidate.particle,         closest.weight, normal, gap, candidate.thickness, candidate.friction,
+          first_count(candidate.kind)};
       if (touches(pair)) return pair;
     }
     if (!(speed > 0)) return {};
@@ -249,8 +265,9 @@ void SelfRepulsion::find(const CollisionCandidates& candidates, const std::vecto
             const ClosestPoints closest = closest_points(candidate.kind, at);
             const double distance = closest.difference.norm();
             if (distance >= range || !(distance > 0)) return;
-            RepulsionPair pair{candidate.particle, closest.weight,      closest.difference / distance,
-                               distance,           candidate.thickness, candidate.friction};
+            RepulsionPair pair{
+                candidate.particle,  closest.weight,     closest.difference / distance, distance,
+                candidate.thickness, candidate.friction, first_count(candidate.kind)};
             if (!around.first.empty() && !can_touch(pair, candidate.kind, min_angle, x, around, triangles))
               return;
             pair.mass = pair.row_mass = effective_mass(pair.particle, pair.weight, inverse_mass);
@@ -270,7 +287,7 @@ void SelfRepulsion::find_approaching(const CollisionCandidates& candidates, cons
               return around.first.empty() ||
                      can_touch(pair, candidate.kind, nearly_flat, x, around, triangles);
             };
-            const std::size_t first = candidate.kind == ElementPair::point_triangle ? 1 : 2;
+            const auto first = as_index(first_count(candidate.kind));
             for (const Moving moving : {both, first_alone, second_alone}) {
               FourPoints velocity = all;
               for (std::size_t i = 0; i < 4; ++i)
@@ -285,7 +302,10 @@ void SelfRepulsion::find_approaching(const CollisionCandidates& candidates, cons
 }
 
 // Friction takes at most as much tangential momentum as the normal impulse of the same visit allows
-// (Coulomb), so that the sum over the rounds remains in the friction cone.
+// (Coulomb), so that the sum over the rounds remains in the friction cone. Its impulses act at two points at
+// a distance from each other, so they form a couple. A rotation of the four particles removes its angular
+// momentum, but gives a part of the tangential momentum back: 1 % if the surfaces are a tenth of an element
+// apart. Friction is that much larger, so that what is left is what Coulomb's law says.
 void SelfRepulsion::apply(double dt, const std::vector<Vec3>& x, const std::vector<double>& inverse_mass,
                           std::vector<Vec3>& v, ContactImpulses* tally) const {
   DUET_ASSERT(dt > 0 && x.size() == v.size() && inverse_mass.size() == v.size());
@@ -300,12 +320,16 @@ void SelfRepulsion::apply(double dt, const std::vector<Vec3>& x, const std::vect
       const Vec3 tangential = relative - speed * pair.normal;
       const double slip = tangential.norm();
       if (!(slip > 0) || !(pair.friction > 0)) continue;
-      const Vec3 friction = -pair.mass * std::min(1.0, pair.friction * change / slip) * tangential;
-      apply_impulse(pair, friction, inverse_mass, v);
+      const Vec3 direction = -tangential / slip;
+      Turn turn = removal_of(pair, (pair.distance * pair.normal).cross(direction), x, inverse_mass);
+      const double kept = std::max(1 + turn.impulse.dot(direction), least_kept);
+      const double friction = pair.mass * std::min(slip, pair.friction * change) / kept;  // N s
+      turn.turn *= friction;
+      apply_impulse(pair, friction * direction, inverse_mass, v);
       const FourPoints before = corners(pair.particle, v);
-      remove_angular_momentum(pair, (pair.distance * pair.normal).cross(friction), x, inverse_mass, v);
+      for (const int p : pair.particle) v[as_index(p)] += turn.turn.cross(x[as_index(p)] - turn.center);
       if (!tally) continue;
-      add_to(*tally, pair, friction, 0);
+      add_to(*tally, pair, friction * direction, 0);
       for (std::size_t i = 0; i < 4; ++i) {
         const auto p = as_index(pair.particle[i]);
         if (inverse_mass[p] > 0) tally->add(p, (v[p] - before[i]) / inverse_mass[p], 0);

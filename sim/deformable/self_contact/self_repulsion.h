@@ -22,6 +22,7 @@ struct RepulsionPair {
   double distance = 0,         ///< m, along the normal
       thickness = 0;           ///< m, the distance h that the pair keeps
   double friction = 0;         ///< Coulomb coefficient
+  int first = 1;               ///< number of particles of the first element: 1 for a point, 2 for an edge
   double mass = 0;             ///< kg, effective mass 1/(sum of w_i^2 / m_i); 0 if all particles are held
   double row_mass = 0;         ///< kg, effective mass in the inner product that sweep() works in
   double target = 0;           ///< m/s, smallest normal velocity at mid-step that a solve aims at
