@@ -151,9 +151,13 @@ TEST(EverydaySoftSliding, OnAnyMeshAtAnySpeedSizeAndStep) {
 }
 
 // The surfaces of two soft bodies keep their distance by repulsions; the bound is a measurement with a
-// margin.
+// margin. When the couple of friction at two surfaces took a part of it, 1 % of the friction was missing.
 TEST(EverydaySoftSliding, SoftOnSoftToo) {
-  for (const double friction : {0.0, 0.1}) expect_slides({Slider::soft_box, friction}, 3e-3);
+  test::Cases cases(2);  // 4 of 8
+  for (const Vec3i& cells : {Vec3i(12, 2, 3), Vec3i(7, 1, 2)})
+    for (const double friction : {0.0, 0.1, 0.2, 0.3})
+      if (cases.takes())
+        expect_slides({.slider = Slider::soft_box, .friction = friction, .cells = cells, .speed = 3}, 3e-3);
 }
 
 // Checks that a body that rolls, or slides without friction, never gets faster: damping takes energy and

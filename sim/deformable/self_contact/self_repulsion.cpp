@@ -322,7 +322,8 @@ void SelfRepulsion::apply(double dt, const std::vector<Vec3>& x, const std::vect
       if (!(slip > 0) || !(pair.friction > 0)) continue;
       const Vec3 direction = -tangential / slip;
       Turn turn = removal_of(pair, (pair.distance * pair.normal).cross(direction), x, inverse_mass);
-      const double kept = std::max(1 + turn.impulse.dot(direction), least_kept);
+      const Vec3 left = direction + turn.impulse;  // of an impulse of 1
+      const double kept = std::max((left - left.dot(pair.normal) * pair.normal).norm(), least_kept);
       const double friction = pair.mass * std::min(slip, pair.friction * change) / kept;  // N s
       turn.turn *= friction;
       apply_impulse(pair, friction * direction, inverse_mass, v);
