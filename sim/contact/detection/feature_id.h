@@ -35,6 +35,7 @@ struct FeatureId {
   /// Returns whether it names a contact that is an edge contact or has one of several planes of a sample.
   bool is_on_line() const { return kind == Kind::edge || kind == Kind::point_on_plane; }
 
+  /// Returns whether two names are the same.
   friend bool operator==(const FeatureId&, const FeatureId&) = default;
   /// Orders places by kind, then by numbers. Of support points the last ones come first. Solvers visit the
   /// contacts of the last step in this order.
