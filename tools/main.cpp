@@ -2,7 +2,10 @@
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
+#include <cstring>
 #include <exception>
+#include <new>
 #include <sstream>
 
 #include "tools/build_info.h"
@@ -46,6 +49,22 @@ void open_standard_streams() {
   for (int fd : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
     if (::fcntl(fd, F_GETFD) < 0 && ::open("/dev/null", O_RDWR) < 0)
       ::_exit(static_cast<int>(ExitStatus::files));
+}
+
+// Ends the program with a message where an exception cannot be passed on. Destructors of OpenVDB's grids free
+// them in parallel, which needs memory, and end the program if there is none.
+[[noreturn]] void end_at_lost_exception() {
+  try {
+    if (const std::exception_ptr lost = std::current_exception()) std::rethrow_exception(lost);
+  } catch (const std::bad_alloc&) {
+    for (const char* part : {"duet: ", out_of_memory, "\n"})
+      if (::write(STDERR_FILENO, part, std::strlen(part)) < 0) break;
+    ::_exit(static_cast<int>(ExitStatus::simulation));
+  } catch (const std::exception& failure) {
+    std::fprintf(stderr, "duet: internal error: %s\n", failure.what());
+  } catch (...) {
+  }
+  std::abort();
 }
 
 // Carries out the command. An exception becomes an outcome.
@@ -141,6 +160,7 @@ std::string shell_word(const std::string& word) {
 }  // namespace duet::tools
 
 int main(int argc, char** argv) {
+  std::set_terminate(duet::tools::end_at_lost_exception);
   duet::tools::open_standard_streams();
   std::signal(SIGPIPE, SIG_IGN);  // if a reader goes away (`| head`), only its log ends
   std::signal(SIGXFSZ, SIG_IGN);  // a file at its size limit is reported like a full disk

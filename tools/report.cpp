@@ -169,7 +169,7 @@ ExitStatus Report::failure(const std::exception_ptr& exception) {
     error(failure.what());
     return ExitStatus::files;
   } catch (const std::bad_alloc&) {
-    error("out of memory (fewer cells in the deformable bodies or smaller pictures need less)");
+    error(out_of_memory);
     return ExitStatus::simulation;
   } catch (const std::system_error& failure) {
     error(no_thread(failure.what()));

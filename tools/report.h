@@ -13,6 +13,10 @@
 
 namespace duet::tools {
 
+// What a command says if there is not enough memory.
+inline constexpr const char* out_of_memory =
+    "out of memory (fewer cells in the deformable bodies or smaller pictures need less)";
+
 // The outcome of a command. The text states what exists now and what can be done next. It is empty for
 // commands whose whole result went to standard output.
 struct Outcome {
