@@ -131,7 +131,7 @@ void check_soft_guest(const Bodies& bodies, const CachedContact& contact, std::s
 // Checks the feature of a rigid guest that a cached contact names.
 void check_rigid_guest(const RigidProperties& guest, const CachedContact& contact, std::size_t number) {
   const FeatureId& feature = contact.feature;
-  if (!feature.is_support()) check_plane(contact, feature.is_on_line(), number);
+  if (!feature.is_support()) check_plane(contact, feature.uses_edge_point(), number);
   switch (feature.kind) {
     case FeatureId::Kind::support:
       return check_index(feature.index, as_index(support_numbers(guest.shape)), "support point", number);

@@ -151,11 +151,12 @@ TEST(EverydaySoftSliding, OnAnyMeshAtAnySpeedSizeAndStep) {
 }
 
 // The surfaces of two soft bodies keep their distance by repulsions; the bound is a measurement with a
-// margin. When the couple of friction at two surfaces took a part of it, 1 % of the friction was missing.
+// margin. When the couple of friction at two surfaces took a part of it, 1.5 % of the friction was missing on
+// the coarse slab.
 TEST(EverydaySoftSliding, SoftOnSoftToo) {
-  test::Cases cases(2);  // 4 of 8
+  test::Cases cases(2);  // 4 of 8, with and without friction
   for (const Vec3i& cells : {Vec3i(12, 2, 3), Vec3i(7, 1, 2)})
-    for (const double friction : {0.0, 0.1, 0.2, 0.3})
+    for (const double friction : {0.0, 0.1, 0.3, 0.2})
       if (cases.takes())
         expect_slides({.slider = Slider::soft_box, .friction = friction, .cells = cells, .speed = 3}, 3e-3);
 }

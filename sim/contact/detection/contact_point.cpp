@@ -179,7 +179,7 @@ bool is_of_ball(const RigidProperties& guest, const FeatureId& feature) {
 
 Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
             const Pose& guest_pose, const FeatureId& feature, const EdgePoint& lowest) {
-  if (feature.is_on_line()) return touch_at_edge(lowest, host.shape, host_pose, guest.shape, guest_pose);
+  if (feature.uses_edge_point()) return touch_at_edge(lowest, host.shape, host_pose, guest.shape, guest_pose);
   if (feature.is_support() && !lowest.normal.isZero(0))
     return touch_of_face(lowest, host_pose, guest.shape, guest_pose, feature.index);
   const ShapeSupportPoint point = in_space_of(host, host_pose, guest, guest_pose, feature);
@@ -191,7 +191,7 @@ Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidPrope
 Touch touch(const Bodies& bodies, int host, const Pose& host_pose, int guest, const Pose& guest_pose,
             const FeatureId& feature, const EdgePoint& lowest) {
   const std::vector<RigidProperties>& properties = bodies.rigid.properties;
-  if (feature.is_on_line() || (feature.is_support() && !lowest.normal.isZero(0)))
+  if (feature.uses_edge_point() || (feature.is_support() && !lowest.normal.isZero(0)))
     return touch(properties[as_index(host)], host_pose, properties[as_index(guest)], guest_pose, feature,
                  lowest);
   const ShapeSupportPoint point =

@@ -43,7 +43,7 @@ struct PlaneFrame {
 struct EdgeContact {
   EdgePoint edge;          ///< The place and its plane.
   PlaneFrame plane_frame;  ///< The body or feature that the plane moves with.
-  FeatureId feature;       ///< Name of the place. In a face of a deformable guest it lacks the guest.
+  FeatureId feature;       ///< Name of the place; in the face of a guest, visit_places() adds FeatureId::sub.
   double distance = 0;     ///< m: signed distance of the ball about the place from the host.
   double precision = 0;    ///< m: how precisely the place is known along its line.
 };

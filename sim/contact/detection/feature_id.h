@@ -32,8 +32,9 @@ struct FeatureId {
 
   /// Returns whether it names a support point.
   bool is_support() const { return kind == Kind::support; }
-  /// Returns whether it names a contact that is an edge contact or has one of several planes of a sample.
-  bool is_on_line() const { return kind == Kind::edge || kind == Kind::point_on_plane; }
+  /// Returns whether a rigid guest touches there with ContactPoint::edge, whose plane stays for the step: at
+  /// edge contacts, and at samples against one of several planes.
+  bool uses_edge_point() const { return kind == Kind::edge || kind == Kind::point_on_plane; }
 
   /// Returns whether two names are the same.
   friend bool operator==(const FeatureId&, const FeatureId&) = default;

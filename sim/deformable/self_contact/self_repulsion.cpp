@@ -70,20 +70,20 @@ double min_speed(const RepulsionPair& pair, double dt) {
   return (pair.active ? share : 1) * std::min(0.0, (pair.thickness - pair.distance) / dt);
 }
 
-// A rotation of the four particles of a pair: v += turn x (x - center).
-struct Turn {
-  Vec3 turn = Vec3::Zero();     // rad/s
-  Vec3 center = Vec3::Zero();   // m: center of mass of the particles
-  Vec3 impulse = Vec3::Zero();  // N s: what it gives to the first element, and takes from the second
+// A rotation of the four particles of a pair: v += angular_velocity x (x - center).
+struct Rotation {
+  Vec3 angular_velocity = Vec3::Zero();  // rad/s
+  Vec3 center = Vec3::Zero();            // m: center of mass of the particles
+  Vec3 impulse = Vec3::Zero();           // N s: given to the first element, and taken from the second
 };
 
 // Returns the rotation that removes an angular momentum (N m s) from a pair; none if a particle is held,
 // because held particles take up the momentum.
-Turn removal_of(const RepulsionPair& pair, const Vec3& angular_momentum, const std::vector<Vec3>& x,
-                const std::vector<double>& inverse_mass) {
+Rotation rotation_against(const RepulsionPair& pair, const Vec3& angular_momentum, const std::vector<Vec3>& x,
+                          const std::vector<double>& inverse_mass) {
   std::array<double, 4> mass;
   double total = 0;
-  Turn result;
+  Rotation result;
   for (std::size_t i = 0; i < 4; ++i) {
     const auto p = as_index(pair.particle[i]);
     if (!(inverse_mass[p] > 0)) return {};
@@ -102,8 +102,8 @@ Turn removal_of(const RepulsionPair& pair, const Vec3& angular_momentum, const s
   // Keeps the inertia of particles on a line invertible; no angular momentum about the line needs to be
   // removed.
   inertia.diagonal().array() += 1e-14 * inertia.trace();
-  result.turn = -(inertia.inverse() * angular_momentum);
-  result.impulse = result.turn.cross(first);
+  result.angular_velocity = -(inertia.inverse() * angular_momentum);
+  result.impulse = result.angular_velocity.cross(first);
   return result;
 }
 
@@ -321,14 +321,16 @@ void SelfRepulsion::apply(double dt, const std::vector<Vec3>& x, const std::vect
       const double slip = tangential.norm();
       if (!(slip > 0) || !(pair.friction > 0)) continue;
       const Vec3 direction = -tangential / slip;
-      Turn turn = removal_of(pair, (pair.distance * pair.normal).cross(direction), x, inverse_mass);
-      const Vec3 left = direction + turn.impulse;  // of an impulse of 1
+      const Rotation back =
+          rotation_against(pair, (pair.distance * pair.normal).cross(direction), x, inverse_mass);
+      const Vec3 left = direction + back.impulse;  // of an impulse of 1
       const double kept = std::max((left - left.dot(pair.normal) * pair.normal).norm(), least_kept);
       const double friction = pair.mass * std::min(slip, pair.friction * change) / kept;  // N s
-      turn.turn *= friction;
       apply_impulse(pair, friction * direction, inverse_mass, v);
       const FourPoints before = corners(pair.particle, v);
-      for (const int p : pair.particle) v[as_index(p)] += turn.turn.cross(x[as_index(p)] - turn.center);
+      const Vec3 angular_velocity = friction * back.angular_velocity;
+      for (const int p : pair.particle)
+        v[as_index(p)] += angular_velocity.cross(x[as_index(p)] - back.center);
       if (!tally) continue;
       add_to(*tally, pair, friction * direction, 0);
       for (std::size_t i = 0; i < 4; ++i) {

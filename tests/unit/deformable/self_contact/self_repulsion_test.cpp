@@ -159,7 +159,7 @@ void add_triangle(Sheets& sheets, double friction, const Vec3& a, const Vec3& b,
 }
 
 // The two impulses of friction act on two surfaces at a distance from each other. To keep the angular
-// momentum, the particles of the pair are turned back, which took 0.2 to 18 % of the friction here. Friction
+// momentum, the particles of the pair are turned back, which took 0.5 to 6 % of the friction here. Friction
 // makes up for it, so that the impulses of a pair are on the edge of the cone, to rounding.
 TEST(SelfRepulsion, FrictionOfAPairIsTheWholeOfCoulombs) {
   constexpr double friction = 0.4, side = 0.1, deep = 0.2;
