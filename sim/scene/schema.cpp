@@ -351,6 +351,8 @@ std::vector<Key> keys(Solver& solver) {
       {"max_time_step", &solver.max_time_step, "s", positive, "largest time step"},
       {"max_substeps", &solver.max_substeps, "", between(1, 1e9),
        "time steps of a frame, after which the simulation stops and says what bounds them"},
+      {"damping_at", &solver.damping_at, "", between(0.5, 1),
+       "fraction of a semi-implicit step at which damping is evaluated; 0.5: as in the paper"},
       {"cg_tolerance", &solver.cg_tolerance, "m/s", positive,
        "largest residual velocity that the conjugate gradients leave"},
       {"cg_iterations", &solver.cg_iterations, "", between(1, 1e5), "bound on conjugate-gradient iterations"},

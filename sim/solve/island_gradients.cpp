@@ -1,6 +1,8 @@
 #include "sim/solve/island_gradients.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "sim/base/assert.h"
 #include "sim/base/parallel.h"
@@ -10,6 +12,10 @@ namespace duet {
 namespace {
 
 constexpr int first_projections = 4;  // projections of the first residual, see conjugate_gradient()
+// Largest norm of a residual over the least one before. The projection is approximate, so that directions
+// keep a part that violates constraints. Where little else is left of a residual, steps along it are
+// thousands of times too long, and the search would diverge.
+constexpr double most_growth = 100;
 
 // Returns the larger value; a NaN in `a` stays.
 double larger(double a, double b) { return b <= a || std::isnan(a) ? a : b; }
@@ -46,12 +52,17 @@ class Search {
     partial_.resize(islands.ranges().size());
   }
 
+  // Forgets the least norms.
+  void restart() {
+    for (State& state : state_) state.least = std::numeric_limits<double>::infinity();
+  }
   // Computes the norms of the residual `r`, and the weights <r, r> / <r, r>_before of the last directions.
   void measure(const GeneralizedVelocity& r) {
     sum_up([&](std::size_t p) { return system_.particle_measure(p, r); },
            [&](std::size_t i) { return system_.rigid_measure(i, r); });
     for_each_searched([](State& state) {
       state.norm = std::sqrt(state.sum.norm);
+      state.least = std::min(state.least, state.norm);
       state.share = state.sum.inner / state.left;
       state.left = state.sum.inner;
     });
@@ -103,10 +114,13 @@ class Search {
     });
   }
 
-  // Takes islands out of the search whose residual has a norm of at most `tolerance`.
-  void leave_converged(double tolerance) {
+  // Takes islands out of the search whose residual has a norm of at most `tolerance`, or which diverge.
+  void leave_finished(double tolerance) {
+    const auto is_finished = [&](const State& state) {
+      return state.norm <= tolerance || state.norm > most_growth * state.least;
+    };
     for (std::size_t i = 0; i < state_.size(); ++i)
-      if (islands_.is_searched(i) && state_[i].norm <= tolerance) islands_.leave(i);
+      if (islands_.is_searched(i) && is_finished(state_[i])) islands_.leave(i);
     islands_.update();
   }
   // Returns the largest norm of all islands, m/s, also of those that have converged.
@@ -186,7 +200,7 @@ CgResult solve_islands(VelocitySystem& system, ContactProjection* projection, Bl
   VelocitySystem::copy(r, s);
   system.project(s);
   search.measure(s);
-  search.leave_converged(tolerance);
+  search.leave_finished(tolerance);
   if (islands.searched() == 0) return finish();
 
   const Limits limits(system, projection, islands);
@@ -194,8 +208,9 @@ CgResult solve_islands(VelocitySystem& system, ContactProjection* projection, Bl
   system.apply_preconditioner(r);
   if (projection) projection->use_inverse_masses(&masses.inverse);
   for (int i = 0; i < first_projections; ++i) system.project(r);
+  search.restart();  // with the norm in the new inner product
   search.measure(r);
-  search.leave_converged(tolerance);
+  search.leave_finished(tolerance);
   VelocitySystem::copy(r, s);
   system.expect_reduction(search.largest_norm() / tolerance);
   for (; islands.searched() > 0 && result.iterations < max_iterations; ++result.iterations) {
@@ -207,7 +222,7 @@ CgResult solve_islands(VelocitySystem& system, ContactProjection* projection, Bl
     search.advance(s, q, x, r);
     system.project(r);
     search.measure(r);
-    search.leave_converged(tolerance);
+    search.leave_finished(tolerance);
     search.turn(r, s);
   }
   return finish();

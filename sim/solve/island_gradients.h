@@ -2,6 +2,7 @@
 // time, each with its own step lengths, and an island that has converged takes part in nothing any more.
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "sim/solve/conjugate_gradient.h"
@@ -13,9 +14,10 @@ namespace duet {
 struct IslandSearch {
   /// State of the search on one island.
   struct State {
-    VelocitySystem::Measure sum;  ///< Sum over the island that was computed last.
-    double left = 0;              ///< <r, r> of the residual r.
-    double norm = 0;              ///< Norm of the residual, m/s.
+    VelocitySystem::Measure sum;                             ///< Sum over the island that was computed last.
+    double left = 0;                                         ///< <r, r> of the residual r.
+    double norm = 0;                                         ///< Norm of the residual, m/s.
+    double least = std::numeric_limits<double>::infinity();  ///< Least norm of this search, m/s.
     double share = 0;  ///< Factor of the next update: step length, or weight of the last direction, 1.
   };
   std::vector<State> state;                      ///< For each island.

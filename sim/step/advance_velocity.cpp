@@ -1,6 +1,7 @@
 // Step I.1: v^n -> v_*^{n+1/2} (paper section 3), and the velocity solve that it shares with step V.2.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "sim/solve/velocity_system.h"
 #include "sim/step/step.h"
@@ -9,31 +10,48 @@ namespace duet {
 
 namespace {
 
-// Sets right_side to the velocities v now, with gravity over `dt` (s) on dynamic bodies, and with the mean of
-// the velocities of times n and n+1 of kinematic bodies. Gyroscopic motion needs no force, because the solve
-// leaves angular momentum as it is.
+// Sets right_side to the velocities v now, with gravity over `dt` (s) on dynamic bodies, and with the
+// velocities of kinematic bodies that are interpolated to the fraction dt/(t^{n+1} - t^n) of the step.
+// Gyroscopic motion needs no force, because the solve leaves angular momentum as it is.
 void begin_solve(World& world, StepContext& context, double dt) {
   Bodies& bodies = world.bodies;
+  const double at = dt / context.dt;
   to_generalized(bodies, context.right_side);
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
     if (bodies.rigid.properties[i].is_dynamic()) context.right_side.linear[i] += dt * world.gravity;
   for (const KinematicStep& step : context.kinematic) {
     const RigidState& start = bodies.rigid.state[step.body];
-    context.right_side.linear[step.body] = 0.5 * (start.velocity + step.end.velocity);
-    context.right_side.angular[step.body] = 0.5 * (start.angular_velocity + step.end.angular_velocity);
+    const auto reached = [&](const Vec3& from, const Vec3& to) { return Vec3((1 - at) * from + at * to); };
+    context.right_side.linear[step.body] = reached(start.velocity, step.end.velocity);
+    context.right_side.angular[step.body] = reached(start.angular_velocity, step.end.angular_velocity);
   }
   follow_twists(bodies.bound, context.right_side.linear, context.right_side.angular,
                 context.right_side.particle);
 }
 
-// Activates the constraints of the solve, applies the friction of their contacts to the right side and to the
-// start of the solve, and makes the start satisfy the constraints.
-void satisfy_contacts(const Bodies& bodies, StepContext& context, ContactProjection* projection) {
+// Sets the active set of a solve at the fraction `at` of the step: the constraints that context.solution
+// violates, and those that it violates once these are satisfied.
+void activate_constraints(const Bodies& bodies, double at, StepContext& context,
+                          ContactProjection& projection) {
+  to_generalized(bodies, context.image);  // v^n
+  if (projection.choose(context.dt, at, context.image, context.solution)) return;
+  GeneralizedVelocity& held = context.correction;
+  do {
+    held = context.solution;
+    projection.satisfy(held);
+    follow_twists(bodies.bound, held.linear, held.angular, held.particle);
+  } while (projection.activate_violated(context.dt, at, context.image, held));
+}
+
+// Activates the constraints of a solve for `dt` (s), applies the friction of their contacts to the right side
+// and to the start of the solve, and makes the start satisfy the constraints.
+void satisfy_contacts(const Bodies& bodies, double dt, StepContext& context, ContactProjection* projection) {
   if (!projection) return;
-  to_generalized(bodies, context.image);  // v^n: targets are half of its normal velocities
-  projection->choose(context.dt, context.image, context.solution);
-  projection->add_friction(context.right_side);
-  projection->add_friction(context.solution);
+  const double at = dt / context.dt;
+  activate_constraints(bodies, at, context, *projection);
+  const double share = 2 * at;  // the impulses are those of half a step
+  projection->add_friction(share, context.right_side);
+  projection->add_friction(share, context.solution);
   projection->satisfy(context.solution);
   follow_twists(bodies.bound, context.right_side.linear, context.right_side.angular,
                 context.right_side.particle);
@@ -91,7 +109,7 @@ void solve_semi_implicitly(World& world, StepContext& context, double dt, Contac
   if (world.has(Effect::incompressibility))
     add_held_pressures(world, context, dt, context.right_side.particle);
   context.solution = context.right_side;
-  satisfy_contacts(bodies, context, projection);
+  satisfy_contacts(bodies, dt, context, projection);
   if (!elastic) return;
   world.clock.time(Stage::damping_solve, [&] {
     begin_at_last_acceleration(bodies, dt, context, projection);
@@ -170,7 +188,7 @@ void solve_velocity(World& world, StepContext& context, double dt, ContactProjec
     context.solution.particle = context.correction.particle;
   follow_twists(world.bodies.bound, context.solution.linear, context.solution.angular,
                 context.solution.particle);
-  satisfy_contacts(world.bodies, context, projection);
+  satisfy_contacts(world.bodies, dt, context, projection);
   context.converged = find_velocity(world, context, {.dt = dt, .is_elastic = true, .projection = projection});
 }
 
@@ -225,7 +243,15 @@ void keep_damping(World& world, StepContext& context, double dt) {
   add_force_twists(bodies.rigid, bodies.bound, context.explicit_force, -dt, change.linear, change.angular);
 }
 
-// v~^{n+1/2} = v^n + dt/2 M^-1 (F + F_damping(V)). The contacts of the last step serve only to find the
+// Returns the fraction of a semi-implicit step at which damping is evaluated. If constraints come before the
+// solve, backward Euler damps at the end of the step, and I.1 evaluates damping at the middle.
+double damping_at(const World& world) {
+  return world.settings.constraints_before_solve ? 0.5 : world.settings.damping_at;
+}
+
+// v~^{n+1/2} = v^n + dt/2 M^-1 (F + F_damping(V)), with V at the time at which V.2 and V.3 evaluate damping:
+// at rest both solves then have the same V, however near the projection comes to the constraints, and contact
+// has the same forces in III and V.4. The contacts of the last step serve only to find the
 // velocity V at which damping is evaluated, as in V.2 and V.3. Without them the particles that rest on
 // something would fall freely in V and drag the others down: a damped body at rest would be compressed by
 // several times its weight. V obeys the contacts and would stick; v~ does not.
@@ -246,7 +272,7 @@ void advance_semi_implicitly(World& world, StepContext& context) {
     }
   }
   find_explicit_forces(world, context);
-  solve_velocity(world, context, dt, projection, false);
+  solve_velocity(world, context, damping_at(world) * context.dt, projection, false);
   for (std::size_t p = 0; p < particles.size(); ++p)
     particles.v[p] += dt * particles.inverse_mass[p] * context.force[p];
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
@@ -283,9 +309,11 @@ void advance_implicitly(World& world, StepContext& context) {
 void advance_velocity(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   if (world.has(Effect::springs)) bodies.forces.begin_step(bodies.particles.x);
-  bodies.forces.set_time_step(context.dt);
+  const bool is_implicit = world.settings.implicit_elasticity && world.has_internal_forces();
+  const bool damps_at_end = is_implicit || world.settings.constraints_before_solve;
+  bodies.forces.set_time_step(context.dt, damps_at_end ? std::nullopt : std::optional(damping_at(world)));
   carry(context.kinematic, context.x_n, context.dt, bodies);
-  if (world.settings.implicit_elasticity && world.has_internal_forces())
+  if (is_implicit)
     advance_implicitly(world, context);
   else
     advance_semi_implicitly(world, context);

@@ -50,7 +50,7 @@ void damp_at_end(World& world, StepContext& context) {
   Particles& particles = bodies.particles;
   project_active_contacts(world, context);
   if (world.has(Effect::self_repulsion))
-    context.self_repulsion.activate_rows(context.dt, particles.v, particles.v);
+    context.self_repulsion.activate_rows(context.dt, 1, particles.v, particles.v);
   follow_bodies(bodies.rigid, bodies.bound, particles);
   if (!world.has_internal_forces()) return;
 

@@ -10,11 +10,11 @@
 //            the tangent, which would let everything that rides on the body drift outward. The
 //            difference is the contact's path velocity.
 //   IV       the exact pose of time n+1
-//   V.2      the mean of the exact velocities of times n and n+1, as the trapezoidal rule takes it
+//   I.1, V.2 the exact velocities of times n and n+1, interpolated to the time at which damping is evaluated
 //   V.4      v^{n+1}, the exact velocity of time n+1, at the contact point
 //
 // The particles that a kinematic body carries move through the step at a constant velocity, which they keep
-// in V.2. At the end, at x^{n+1}, they have the velocities of their points of the body.
+// in I.1 and V.2. At the end, at x^{n+1}, they have the velocities of their points of the body.
 #pragma once
 
 #include <vector>

@@ -42,11 +42,13 @@ void find_middle_forces(World& world, StepContext& context) {
   find_explicit_forces(world, context);
 }
 
-// V serves only to find the velocity at which V.3 evaluates the damping forces. V.2 and V.3 together are the
-// trapezoidal rule for the damping.
+// V serves only to find the velocity at which V.3 evaluates the damping forces. With V at half of the step
+// V.2 and V.3 together are the trapezoidal rule for the damping: a motion that damping would stop many times
+// over within the step is reversed by it, and leaves and strikes what it touches again. With V at three
+// quarters a third of such a motion is left.
 void constrained_solve(World& world, StepContext& context) {
   const AtMiddle at_middle(world);
-  solve_velocity(world, context, context.dt / 2, &context.projection, true);
+  solve_velocity(world, context, world.settings.damping_at * context.dt, &context.projection, true);
 }
 
 // v_**^{n+1} = v-^n + dt M^-1 (F + F_damping(V)) without P, as in the paper's section 7.2: the projections of

@@ -43,9 +43,10 @@ struct StepSettings {
   /// Returns the time (s) below which two times count as the same: more than their rounding, far less than a
   /// step.
   double same_time() const { return 1e-6 * max_time_step; }
+  double damping_at = 0.75;    ///< fraction of a step at which I.1, V.2 and V.3 evaluate damping forces
   double cg_tolerance = 1e-3;  ///< m/s, largest residual of a velocity solve
   int cg_iterations = 200;     ///< largest number of conjugate-gradient iterations of a solve
-  int projection_sweeps = 2;   ///< sweeps, forward and backward, of a projection onto constraints
+  int projection_sweeps = 4;   ///< sweeps, forward and backward, of a projection onto constraints
   /// True if the constraints of step V come before the solve instead of after it (paper section 7.2).
   bool constraints_before_solve = false;
   OrientationUpdate orientation = OrientationUpdate::exact;  ///< how dynamic bodies turn in step IV

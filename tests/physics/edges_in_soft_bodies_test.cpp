@@ -8,6 +8,7 @@
 #include "tests/support/meshes.h"
 #include "tests/support/scenes.h"
 #include <Eigen/LU>
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "sim/base/rotation.h"
@@ -226,13 +227,17 @@ double fastest_in_third_second(Simulation& simulation) {
 // there in every step, both lying flat along the bottom and bent up. If these contacts come and go, the soft
 // box keeps trembling at 16 mm/s. The bound is what the sweeps of the contact solve leave: with tolerances of
 // 1e-6 to 1e-8 m/s and 20 or 100 sweeps it was 0.7e-5 to 1e-4 m/s in all but one of twelve measurements of
-// half a second.
+// half a second. With three sweeps of the projection, conjugate gradients find residuals that only violate
+// constraints, and would diverge: particles had up to 58 m/s.
 TEST(EdgesInSoftBodies, LieStillUnderRims) {
-  scene::Scene scene = soft_box_on_ground();
-  test::add_box(scene, "rigid", Vec3(0, 1.2, 0), Vec3(0.8, 0.4, 0.8), 1500).friction = 0.5;
-  Simulation simulation(scene, test::plan(scene));
-  const double speed = fastest_in_third_second(simulation);
-  test::expect_below(speed, 1e-4, "fastest particle, m/s");
+  for (const int sweeps : {4, 3}) {
+    scene::Scene scene = soft_box_on_ground();
+    scene.solver.projection_iterations = sweeps;
+    test::add_box(scene, "rigid", Vec3(0, 1.2, 0), Vec3(0.8, 0.4, 0.8), 1500).friction = 0.5;
+    Simulation simulation(scene, test::plan(scene));
+    const double speed = fastest_in_third_second(simulation);
+    test::expect_below(speed, 1e-4, fmt::format("fastest particle with {} sweeps, m/s", sweeps));
+  }
 }
 
 // A cylinder stands upright on the soft box. Which place of its rim is the support point of a face hardly

@@ -60,7 +60,8 @@ TEST(KeepSpin, HoldsForVolumesDampedOrNot) {
 }
 
 // Damping in proportion to mass takes momentum and spin at its rate c, as exp(-c t); the correction must not
-// give this spin back. The trapezoidal rule is off by (c dt)^2 / 12 of c t, which is 1e-5 at steps of 5 ms.
+// give this spin back. Steps multiply velocities by exp(-c dt). What is left comes from deformation: the
+// places and velocities at which a step evaluates damping belong to different times in it.
 TEST(KeepSpin, IsTakenAwayByTheDampingOfMass) {
   scene::Scene scene = one(scene::DeformableKind::box);
   scene.materials[0].mass_damping = 2;

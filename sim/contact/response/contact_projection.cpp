@@ -296,27 +296,49 @@ void ContactProjection::sweep(bool with_target, bool with_joints, GeneralizedVel
   if (with_joints) joints_->project(bodies_->rigid, v.linear, v.angular);
 }
 
-void ContactProjection::choose(double dt, const GeneralizedVelocity& start,
+bool ContactProjection::choose(double dt, double at, const GeneralizedVelocity& start,
                                const GeneralizedVelocity& velocity) {
+  bool all = true;
   const auto decide = [&](Row& row) {
-    row.target = 0.5 * normal_velocity(row, start);
+    row.target = (1 - at) * normal_velocity(row, start);
     row.active = normal_velocity(row, velocity) <= row.target;
+    all = all && row.active;
   };
   for (std::size_t b = 0; b < used_; ++b) {
     for (Row& row : blocks_[b].rows) decide(row);
     if (!blocks_[b].rows.empty()) factor(blocks_[b]);
   }
   for (Row& row : rows_) decide(row);
-  if (repulsions_) repulsions_->activate_rows(dt, start.particle, velocity.particle);
+  if (repulsions_) all = repulsions_->activate_rows(dt, at, start.particle, velocity.particle) && all;
+  return all;
+}
+
+bool ContactProjection::activate_violated(double dt, double at, const GeneralizedVelocity& start,
+                                          const GeneralizedVelocity& velocity) {
+  bool any = false;
+  const auto decide = [&](Row& row) {
+    const bool is_violated = !row.active && normal_velocity(row, velocity) < row.target;
+    if (is_violated) row.active = true;
+    any = any || is_violated;
+    return is_violated;
+  };
+  for (std::size_t b = 0; b < used_; ++b) {
+    bool changed = false;
+    for (Row& row : blocks_[b].rows) changed = decide(row) || changed;
+    if (changed) factor(blocks_[b]);
+  }
+  for (Row& row : rows_) decide(row);
+  if (repulsions_) any = repulsions_->activate_more_rows(dt, at, start.particle, velocity.particle) || any;
+  return any;
 }
 
 void ContactProjection::satisfy(GeneralizedVelocity& velocity) const { sweep_all(true, velocity); }
 
-void ContactProjection::add_friction(GeneralizedVelocity& velocity) const {
+void ContactProjection::add_friction(double share, GeneralizedVelocity& velocity) const {
   const auto add = [&](const Row& row) {
     if (!row.active) return;
-    push(row, row.friction, velocity);
-    push_host(row, row.friction, velocity);
+    push(row, share * row.friction, velocity);
+    push_host(row, share * row.friction, velocity);
   };
   for (std::size_t b = 0; b < used_; ++b)
     for (const Row& row : blocks_[b].rows) add(row);

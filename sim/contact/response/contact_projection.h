@@ -27,7 +27,8 @@ struct GeneralizedVelocity {
 /// is self-adjoint in the mass inner product even if the sweeps have not converged (paper section 7.3).
 ///
 /// A rigid body against all single particles that it touches is one block, solved exactly by equation 4.
-/// Other contacts are single rows. Constraints form an active set: choose() activates, release() deactivates.
+/// Other contacts are single rows. Constraints form an active set: choose() and activate_violated()
+/// activate, release() deactivates.
 class ContactProjection {
  public:
   /// Takes the contacts of `graph` that hold an impulse, with their present normals, arms and responses, and
@@ -67,18 +68,24 @@ class ContactProjection {
   /// outside.
   bool is_held() const { return held_; }
 
-  /// Sets the targets and the active set of a solve. The target of n.v_rel is half of its value at `start`,
-  /// so that the extrapolation 2 V - v^n to the end of the step has none. Constraints that already separate
-  /// faster at `velocity` are inactive. Repulsion pairs are active if they would come too near within `dt`
-  /// (s), see SelfRepulsion::activate_rows().
-  void choose(double dt, const GeneralizedVelocity& start, const GeneralizedVelocity& velocity);
+  /// Sets the targets and the active set of a solve for the velocity V at the fraction `at` (in [0.5, 1]) of
+  /// a step. The target of n.v_rel is 1 - `at` times its value at `start`, so that the extrapolation v^n + (V
+  /// - v^n) / `at` to the end of the step has none. Constraints that already separate faster at `velocity`
+  /// are inactive. Repulsion pairs are active if they would come too near within `dt` (s), see
+  /// SelfRepulsion::activate_rows(). Returns whether all constraints that may act are active.
+  bool choose(double dt, double at, const GeneralizedVelocity& start, const GeneralizedVelocity& velocity);
+  /// Activates the constraints that another `velocity` violates, and returns whether there were any. Whether
+  /// a contact is loaded may depend on the others: two stacked boxes that both fall freely do not approach
+  /// each other, but they do once the ground stops the lower one.
+  bool activate_violated(double dt, double at, const GeneralizedVelocity& start,
+                         const GeneralizedVelocity& velocity);
   /// Projects `velocity` onto those with n.v_rel = target at the active constraints.
   void satisfy(GeneralizedVelocity& velocity) const;
-  /// Adds M^-1 times the friction impulses of the active contacts to `velocity`. The projection leaves
-  /// tangential motion free: without this, damping would act as if everything slid freely, and friction after
-  /// the solve, which sees the masses of particles without their damping, would move them far too much in
-  /// every step.
-  void add_friction(GeneralizedVelocity& velocity) const;
+  /// Adds M^-1 times `share` times the friction impulses of the active contacts to `velocity`. The projection
+  /// leaves tangential motion free: without this, damping would act as if everything slid freely, and
+  /// friction after the solve, which sees the masses of particles without their damping, would move them far
+  /// too much in every step.
+  void add_friction(double share, GeneralizedVelocity& velocity) const;
   /// Deactivates constraints that would have to pull: those that `change`, the change of velocities without
   /// constraints, separates faster than `tolerance` (m/s). Returns whether there were any.
   bool release(const GeneralizedVelocity& change, double tolerance);

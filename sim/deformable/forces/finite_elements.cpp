@@ -8,6 +8,7 @@
 #include <Eigen/LU>
 
 #include "sim/base/dense_solvers.h"
+#include "sim/base/elementary.h"
 #include "sim/base/parallel.h"
 #include "sim/deformable/forces/element_kernels.h"
 #include "sim/deformable/forces/tet_strain.h"
@@ -105,9 +106,26 @@ void FiniteElements::finalize(const std::vector<double>& mass, const std::vector
 
   for (std::size_t t = 0; t < tets_.size(); ++t) {
     const double rate = material_[as_index(material_of_[t])].mass_damping;
-    if (rate > 0) drag_.resize(mass.size(), 0);
-    if (rate > 0)
-      for (int p : tets_[t]) drag_[as_index(p)] = rate * own_mass[as_index(p)];
+    if (rate == 0) continue;
+    for (std::vector<double>* values : {&drag_, &drag_rate_, &drag_mass_}) values->resize(mass.size(), 0);
+    for (int p : tets_[t]) {
+      drag_rate_[as_index(p)] = rate;
+      drag_mass_[as_index(p)] = own_mass[as_index(p)];
+      drag_[as_index(p)] = rate * own_mass[as_index(p)];
+    }
+  }
+}
+
+void FiniteElements::set_time_step(double dt, std::optional<double> at) {
+  dt_ = dt;
+  double rate = 0, fitted = 0;  // 1/s: those of the last particle, which the next one mostly shares
+  for (std::size_t p = 0; p < drag_.size(); ++p) {
+    if (drag_rate_[p] != rate) {
+      rate = fitted = drag_rate_[p];
+      const double rest = math::exp(-rate * dt);
+      if (at) fitted = (1 - rest) / ((1 - *at) + *at * rest) / dt;
+    }
+    drag_[p] = fitted * drag_mass_[p];
   }
 }
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "sim/base/matrix3.h"
@@ -92,8 +93,14 @@ class FiniteElements {
   /// `cfl` is the fraction of the stability limit that steps take. 0 for `cfl` turns the first effect off, 0
   /// for `relaxation` the second.
   void rely_on_damping(double cfl, double relaxation);
-  /// Sets the time step of the evaluations to come, s.
-  void set_time_step(double dt) { dt_ = dt; }
+  /// Sets the time step `dt` (s) of the evaluations to come, and the coefficients of mass-proportional
+  /// damping for them. If steps evaluate it at their fraction `at`, the coefficient is the one with which a
+  /// step multiplies the velocity by exp(-c dt), the exact factor for the damping rate c (1/s):
+  ///
+  ///     c' = (1 - E) / ((1 - at) + at E) / dt,     E = exp(-c dt)
+  ///
+  /// Without `at` it is c.
+  void set_time_step(double dt, std::optional<double> at = {});
   /// Sets a damping time (s) that is added to that of every material, as implicit integration does.
   ///
   /// While it is positive, stretched elements keep the whole viscosity and compressed ones lose that of their
@@ -170,7 +177,7 @@ class FiniteElements {
 
   /// Returns whether any material has mass-proportional damping.
   bool brakes() const { return !drag_.empty(); }
-  /// Returns the coefficient of mass-proportional damping of a particle, kg/s.
+  /// Returns the coefficient of mass-proportional damping of a particle, kg/s, see set_time_step().
   double drag(std::size_t particle) const { return drag_.empty() ? 0 : drag_[particle]; }
 
  private:
@@ -251,6 +258,8 @@ class FiniteElements {
   std::vector<ElasticMaterial> material_;  // by body, in the order in which they were added
   std::vector<int> material_of_;           // index into material_, by tetrahedron
   std::vector<double> drag_;               // kg/s, by particle; empty without mass-proportional damping
+  std::vector<double> drag_rate_,          // 1/s, by particle as drag_: the damping rate c
+      drag_mass_;                          // kg, by particle as drag_: the mass that it brakes
 
   std::vector<Batch> batches_;
   std::vector<SingleBatch> single_;                        // by batch

@@ -2,6 +2,7 @@
 // this sum, whatever a body is made of.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "sim/base/types.h"
@@ -68,8 +69,8 @@ class InternalForces {
   /// stiffness, they do not lower the stability limit below `relaxation` times tau. `cfl` is the fraction of
   /// the limit that steps take.
   void rely_on_damping(double cfl, double relaxation);
-  /// Sets the time step of the evaluations to come, s.
-  void set_time_step(double dt) { elements.set_time_step(dt); }
+  /// Sets the time step (s) of the evaluations to come, see FiniteElements::set_time_step().
+  void set_time_step(double dt, std::optional<double> at = {}) { elements.set_time_step(dt, at); }
   /// Sets a damping time (s) that is added to that of the finite elements.
   void set_added_damping(double seconds) { elements.set_added_damping(seconds); }
   /// Adds the change of the elastic forces for displacements `dx` (m) from the state of the last

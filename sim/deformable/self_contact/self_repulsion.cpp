@@ -70,6 +70,9 @@ double min_speed(const RepulsionPair& pair, double dt) {
   return (pair.active ? share : 1) * std::min(0.0, (pair.thickness - pair.distance) / dt);
 }
 
+// Returns whether a pair is near enough to be a row of a solve.
+bool is_near_enough(const RepulsionPair& pair) { return pair.distance < row_range * pair.thickness; }
+
 // A rotation of the four particles of a pair: v += angular_velocity x (x - center).
 struct Rotation {
   Vec3 angular_velocity = Vec3::Zero();  // rad/s
@@ -353,16 +356,40 @@ void SelfRepulsion::apply_elastic(double dt, const std::vector<double>& inverse_
   }
 }
 
-void SelfRepulsion::activate_rows(double dt, const std::vector<Vec3>& start,
+namespace {
+
+// Activates `pair` if it would come too near, see SelfRepulsion::activate_rows(), and sets its target.
+void activate_row(double dt, double at, const std::vector<Vec3>& start, const std::vector<Vec3>& velocity,
+                  RepulsionPair& pair) {
+  const double from = relative_velocity(pair, start).dot(pair.normal),
+               there = relative_velocity(pair, velocity).dot(pair.normal);
+  pair.active = false;
+  pair.active = is_near_enough(pair) && from + (there - from) / at <= min_speed(pair, dt);
+  pair.target = (1 - at) * from + at * min_speed(pair, dt);
+}
+
+}  // namespace
+
+bool SelfRepulsion::activate_rows(double dt, double at, const std::vector<Vec3>& start,
                                   const std::vector<Vec3>& velocity) {
-  DUET_ASSERT(dt > 0 && start.size() == velocity.size());
+  DUET_ASSERT(dt > 0 && at > 0 && at <= 1 && start.size() == velocity.size());
+  bool all = true;
   for (RepulsionPair& pair : pairs_) {
-    pair.active = false;
-    const double from = relative_velocity(pair, start).dot(pair.normal),
-                 mean = relative_velocity(pair, velocity).dot(pair.normal);
-    pair.active = pair.distance < row_range * pair.thickness && 2 * mean - from <= min_speed(pair, dt);
-    pair.target = 0.5 * (from + min_speed(pair, dt));
+    activate_row(dt, at, start, velocity, pair);
+    all = all && (pair.active || !is_near_enough(pair));
   }
+  return all;
+}
+
+bool SelfRepulsion::activate_more_rows(double dt, double at, const std::vector<Vec3>& start,
+                                       const std::vector<Vec3>& velocity) {
+  bool any = false;
+  for (RepulsionPair& pair : pairs_) {
+    if (pair.active) continue;
+    activate_row(dt, at, start, velocity, pair);
+    any = any || pair.active;
+  }
+  return any;
 }
 
 bool SelfRepulsion::deactivate_rows(const std::vector<Vec3>& change, double tolerance) {

@@ -76,9 +76,13 @@ class SelfRepulsion {
   /// (paper section 7.1), and sets their targets.
   ///
   /// A pair becomes active if it is nearer than 1.02 h and would come nearer than h within `dt` (s) if its
-  /// velocity went from `start` (m/s) at the beginning of the step by way of the mean `velocity` (m/s). Its
-  /// target lets it approach h by a tenth of its gap by the end of the step, which apply() keeps to.
-  void activate_rows(double dt, const std::vector<Vec3>& start, const std::vector<Vec3>& velocity);
+  /// velocity went from `start` (m/s) at the beginning of the step by way of `velocity` (m/s) at the fraction
+  /// `at` of it. Its target lets it approach h by a tenth of its gap by the end of the step, which apply()
+  /// keeps to. Returns whether all pairs that are near enough became active.
+  bool activate_rows(double dt, double at, const std::vector<Vec3>& start, const std::vector<Vec3>& velocity);
+  /// The same for the pairs that are not active, at another `velocity`. Returns whether any became active.
+  bool activate_more_rows(double dt, double at, const std::vector<Vec3>& start,
+                          const std::vector<Vec3>& velocity);
   /// Deactivates the pairs that the velocity change `change` (m/s) separates faster than by `tolerance`
   /// (m/s). Returns whether there were any.
   bool deactivate_rows(const std::vector<Vec3>& change, double tolerance);

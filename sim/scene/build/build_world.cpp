@@ -288,6 +288,7 @@ StepSettings step_settings(const Solver& solver) {
   settings.max_travel = solver.max_travel;
   settings.max_rotation = solver.max_rotation;
   settings.max_time_step = solver.max_time_step;
+  settings.damping_at = solver.damping_at;
   settings.cg_tolerance = solver.cg_tolerance;
   settings.cg_iterations = solver.cg_iterations;
   settings.pressure = {solver.volume_tolerance, solver.pressure_iterations};

@@ -427,8 +427,8 @@ TEST(FrictionOfTheProjection, GivesTheHostWhatItTakesFromTheGuest) {
   to_generalized(world.bodies, v);
   for (std::vector<Vec3>* part : {&v.particle, &v.linear, &v.angular})
     for (Vec3& value : *part) value.setZero();
-  projection.choose(1, v, v);  // activates all rows
-  projection.add_friction(v);
+  EXPECT_TRUE(projection.choose(1, 0.5, v, v));
+  projection.add_friction(1, v);
   const Bodies& bodies = world.bodies;
   Vec3 linear = Vec3::Zero(), angular = Vec3::Zero();
   for (std::size_t p = 0; p < bodies.particles.size(); ++p) {

@@ -248,6 +248,25 @@ TEST(FiniteElements, FrequencyBoundHoldsAndIsNotWasteful) {
   EXPECT_GT(omega_squared, 0.3 * block.elements.rest_omega_squared());
 }
 
+// A step that evaluates damping at its fraction s solves V = v - s dt c' V, and takes v to v - dt c' V. That
+// is exp(-c dt) v, for any damping rate, step and fraction.
+TEST(FiniteElements, MassDampingOfAStepIsTheExponential) {
+  for (const double rate : {1e-3, 2.0, 50.0}) {
+    Block block(1, MaterialModel::neo_hookean, rate);
+    for (const double dt : {1e-4, 0.02, 0.5}) {
+      for (const double at : {0.5, 0.75, 1.0}) {
+        block.elements.set_time_step(dt, at);
+        for (std::size_t p = 0; p < block.x.size(); ++p) {
+          const double fitted = block.elements.drag(p) / block.mass[p], V = 1 / (1 + at * dt * fitted);
+          EXPECT_NEAR(1 - dt * fitted * V, std::exp(-rate * dt), 1e-15) << rate << " " << dt << " " << at;
+        }
+      }
+      block.elements.set_time_step(dt);
+      EXPECT_DOUBLE_EQ(block.elements.drag(0), rate * block.mass[0]);
+    }
+  }
+}
+
 // Compressed elements bound the step only up to twice the omega^2 bound at rest (the state that the step
 // still follows), and are damped instead: without moment, symmetrically, and more strongly for longer steps.
 // `follower` is a block whose steps follow the stiffness.

@@ -89,7 +89,7 @@ TEST(SelfRepulsion, RowsAreThoseThatWouldComeTooNear) {
     SelfRepulsion repulsion = pairs_of(sheets);
     const std::vector<Vec3> start(sheets.x.size(), Vec3::Zero());
     const std::vector<Vec3> mean = velocities(sheets, Vec3::Zero(), Vec3(0, -c.mean * way, 0));
-    repulsion.activate_rows(dt, start, mean);
+    repulsion.activate_rows(dt, 0.5, start, mean);
     for (const RepulsionPair& pair : repulsion.pairs()) {
       EXPECT_EQ(pair.active, c.is_row);
       if (c.is_row) {
@@ -234,7 +234,7 @@ TEST(SelfRepulsion, RowsProjectSelfAdjointly) {
   };
   const std::vector<Vec3> start = velocities(sheets, Vec3::Zero(), Vec3(0.1, -1, 0));
   std::vector<Vec3> velocity = velocities(sheets, Vec3::Zero(), Vec3(0, -2, 0));
-  repulsion.activate_rows(1, start, velocity);
+  repulsion.activate_rows(1, 0.5, start, velocity);
   for (const RepulsionPair& pair : repulsion.pairs()) {
     EXPECT_TRUE(pair.active);
     EXPECT_NEAR(pair.target, -0.5, 1e-14);

@@ -269,6 +269,7 @@ max_travel = 0.2
 max_rotation = 0.5
 max_time_step = 0.01
 max_substeps = 5000
+damping_at = 0.6
 cg_tolerance = 1e-4
 cg_iterations = 77
 volume_tolerance = 1e-3
