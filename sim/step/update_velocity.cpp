@@ -45,7 +45,7 @@ void find_middle_forces(World& world, StepContext& context) {
 // V serves only to find the velocity at which V.3 evaluates the damping forces. With V at half of the step
 // V.2 and V.3 together are the trapezoidal rule for the damping: a motion that damping would stop many times
 // over within the step is reversed by it, and leaves and strikes what it touches again. With V at three
-// quarters a third of such a motion is left.
+// quarters at most a third of such a motion is reversed.
 void constrained_solve(World& world, StepContext& context) {
   const AtMiddle at_middle(world);
   solve_velocity(world, context, world.settings.damping_at * context.dt, &context.projection, true);

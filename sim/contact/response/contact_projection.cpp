@@ -296,6 +296,25 @@ void ContactProjection::sweep(bool with_target, bool with_joints, GeneralizedVel
   if (with_joints) joints_->project(bodies_->rigid, v.linear, v.angular);
 }
 
+namespace {
+
+// Calls change(row) for the rows of the first `used` blocks and for `rows`. Calls factor(block) for the
+// blocks of which it has changed a row, and returns whether it has changed any row.
+template <class Blocks, class Rows, class Change, class Factor>
+bool change_rows(Blocks& blocks, std::size_t used, Rows& rows, Change&& change, Factor&& factor) {
+  bool any = false;
+  for (std::size_t b = 0; b < used; ++b) {
+    bool changed = false;
+    for (auto& row : blocks[b].rows) changed = change(row) || changed;
+    if (changed) factor(blocks[b]);
+    any = any || changed;
+  }
+  for (auto& row : rows) any = change(row) || any;
+  return any;
+}
+
+}  // namespace
+
 bool ContactProjection::choose(double dt, double at, const GeneralizedVelocity& start,
                                const GeneralizedVelocity& velocity) {
   bool all = true;
@@ -303,31 +322,21 @@ bool ContactProjection::choose(double dt, double at, const GeneralizedVelocity& 
     row.target = (1 - at) * normal_velocity(row, start);
     row.active = normal_velocity(row, velocity) <= row.target;
     all = all && row.active;
+    return true;
   };
-  for (std::size_t b = 0; b < used_; ++b) {
-    for (Row& row : blocks_[b].rows) decide(row);
-    if (!blocks_[b].rows.empty()) factor(blocks_[b]);
-  }
-  for (Row& row : rows_) decide(row);
+  change_rows(blocks_, used_, rows_, decide, [&](Block& block) { factor(block); });
   if (repulsions_) all = repulsions_->activate_rows(dt, at, start.particle, velocity.particle) && all;
   return all;
 }
 
 bool ContactProjection::activate_violated(double dt, double at, const GeneralizedVelocity& start,
                                           const GeneralizedVelocity& velocity) {
-  bool any = false;
   const auto decide = [&](Row& row) {
     const bool is_violated = !row.active && normal_velocity(row, velocity) < row.target;
     if (is_violated) row.active = true;
-    any = any || is_violated;
     return is_violated;
   };
-  for (std::size_t b = 0; b < used_; ++b) {
-    bool changed = false;
-    for (Row& row : blocks_[b].rows) changed = decide(row) || changed;
-    if (changed) factor(blocks_[b]);
-  }
-  for (Row& row : rows_) decide(row);
+  bool any = change_rows(blocks_, used_, rows_, decide, [&](Block& block) { factor(block); });
   if (repulsions_) any = repulsions_->activate_more_rows(dt, at, start.particle, velocity.particle) || any;
   return any;
 }
@@ -346,19 +355,12 @@ void ContactProjection::add_friction(double share, GeneralizedVelocity& velocity
 }
 
 bool ContactProjection::release(const GeneralizedVelocity& change, double tolerance) {
-  bool any = false;
   const auto decide = [&](Row& row) {
     const bool pulls = row.active && normal_velocity(row, change) > tolerance;
     if (pulls) row.active = false;
-    any = any || pulls;
     return pulls;
   };
-  for (std::size_t b = 0; b < used_; ++b) {
-    bool changed = false;
-    for (Row& row : blocks_[b].rows) changed = decide(row) || changed;
-    if (changed) factor(blocks_[b]);
-  }
-  for (Row& row : rows_) decide(row);
+  bool any = change_rows(blocks_, used_, rows_, decide, [&](Block& block) { factor(block); });
   if (repulsions_) any = repulsions_->deactivate_rows(change.particle, tolerance) || any;
   return any;
 }
