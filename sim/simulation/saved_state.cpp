@@ -37,6 +37,8 @@ void visit_state(World& world, std::int64_t& frame, double& omega_squared, Visit
   GeneralizedVelocity& acceleration = world.context.acceleration;
   for (std::vector<Vec3>* values : {&acceleration.particle, &acceleration.linear, &acceleration.angular})
     visit(values->data(), values->size() * sizeof(Vec3));
+  std::vector<Vec3>& friction = world.context.surface_friction_n;
+  visit(friction.data(), friction.size() * sizeof(Vec3));
   std::vector<double>& pressure = world.context.pressure_n;
   visit(pressure.data(), pressure.size() * sizeof(double));
 }
@@ -228,6 +230,7 @@ void check_state(const World& loaded, std::int64_t frame, const std::vector<Rigi
   for (const std::vector<Vec3>* values :
        {&acceleration.particle, &acceleration.linear, &acceleration.angular})
     check_all(std::span(*values), "the last solve", "acceleration");
+  check_all(std::span(loaded.context.surface_friction_n), "the last step", "friction between surfaces");
   check_all(std::span<const double>(loaded.context.pressure_n), "the last solve", "pressure");
   const ContactCache& memory = loaded.context.contact_cache;
   for (std::size_t i = 0; i < memory.size(); ++i) check_contact(bodies, memory[i], i);

@@ -235,6 +235,8 @@ void carry_over(World& from, World& to) {
         before != from.bodies.articulation.joints.end())
       joint.control.target = before->control.target;
   to.context.acceleration = from.context.acceleration;
+  if (to.context.surface_friction_n.size() == from.context.surface_friction_n.size())
+    to.context.surface_friction_n = from.context.surface_friction_n;
   if (to.context.pressure_n.size() == from.context.pressure_n.size())
     to.context.pressure_n = from.context.pressure_n;
   // Cached contacts name points, edges and faces by their numbers.

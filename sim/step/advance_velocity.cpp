@@ -43,15 +43,34 @@ void activate_constraints(const Bodies& bodies, double at, StepContext& context,
   } while (projection.activate_violated(context.dt, at, context.image, held));
 }
 
-// Activates the constraints of a solve for `dt` (s), applies the friction of their contacts to the right side
-// and to the start of the solve, and makes the start satisfy the constraints.
-void satisfy_contacts(const Bodies& bodies, double dt, StepContext& context, ContactProjection* projection) {
+// Applies friction forces between surfaces (N, none if empty) for `dt` (s) to the right side and to the start
+// of the solve, but not to bodies with contact inside their solve. The projection leaves tangential motion
+// free, see ContactProjection::add_friction().
+void add_surface_friction(const Bodies& bodies, double dt, const std::vector<Vec3>& force,
+                          StepContext& context) {
+  if (force.empty()) return;
+  for (std::size_t d = 0; d < bodies.deformable.size(); ++d) {
+    if (!context.solved_bodies.empty() && context.solved_bodies[d]) continue;
+    for_each_particle(bodies.deformable[d], [&](std::size_t p) {
+      const Vec3 change = dt * bodies.particles.inverse_mass[p] * force[p];
+      context.right_side.particle[p] += change;
+      context.solution.particle[p] += change;
+    });
+  }
+}
+
+// Activates the constraints of a solve for `dt` (s), applies the friction of their contacts and that between
+// surfaces (N, none if empty) to the right side and to the start of the solve, and makes the start satisfy
+// the constraints.
+void satisfy_contacts(const Bodies& bodies, double dt, const std::vector<Vec3>& surface_friction,
+                      StepContext& context, ContactProjection* projection) {
   if (!projection) return;
   const double at = dt / context.dt;
   activate_constraints(bodies, at, context, *projection);
   const double share = 2 * at;  // the impulses are those of half a step
   projection->add_friction(share, context.right_side);
   projection->add_friction(share, context.solution);
+  add_surface_friction(bodies, dt, surface_friction, context);
   projection->satisfy(context.solution);
   follow_twists(bodies.bound, context.right_side.linear, context.right_side.angular,
                 context.right_side.particle);
@@ -109,7 +128,8 @@ void solve_semi_implicitly(World& world, StepContext& context, double dt, Contac
   if (world.has(Effect::incompressibility))
     add_held_pressures(world, context, dt, context.right_side.particle);
   context.solution = context.right_side;
-  satisfy_contacts(bodies, dt, context, projection);
+  satisfy_contacts(bodies, dt, at_end ? context.surface_friction : context.surface_friction_n, context,
+                   projection);
   if (!elastic) return;
   world.clock.time(Stage::damping_solve, [&] {
     begin_at_last_acceleration(bodies, dt, context, projection);
@@ -188,7 +208,7 @@ void solve_velocity(World& world, StepContext& context, double dt, ContactProjec
     context.solution.particle = context.correction.particle;
   follow_twists(world.bodies.bound, context.solution.linear, context.solution.angular,
                 context.solution.particle);
-  satisfy_contacts(world.bodies, dt, context, projection);
+  satisfy_contacts(world.bodies, dt, {}, context, projection);
   context.converged = find_velocity(world, context, {.dt = dt, .is_elastic = true, .projection = projection});
 }
 
@@ -251,7 +271,8 @@ double damping_at(const World& world) {
 
 // v~^{n+1/2} = v^n + dt/2 M^-1 (F + F_damping(V)), with V at the time at which V.2 and V.3 evaluate damping:
 // at rest both solves then have the same V, however near the projection comes to the constraints, and contact
-// has the same forces in III and V.4. The contacts of the last step serve only to find V. Without them the
+// has the same forces in III and V.4. The contacts of the last step and the repulsion pairs of x^n serve only
+// to find V. Without them the
 // particles that rest on something would fall freely in V and drag the others down: a damped body at rest
 // would be compressed by several times its weight. V obeys the contacts and would stick; v~ does not.
 void advance_semi_implicitly(World& world, StepContext& context) {
@@ -259,11 +280,15 @@ void advance_semi_implicitly(World& world, StepContext& context) {
   Particles& particles = bodies.particles;
   const double dt = context.dt / 2;
   ContactProjection* projection = nullptr;
-  if (world.has_internal_forces() && (!bodies.bound.empty() || !context.contact_cache.empty())) {
+  const bool is_constrained =
+      !bodies.bound.empty() || !context.contact_cache.empty() || !context.self_repulsion.pairs().empty();
+  if (world.has_internal_forces() && is_constrained) {
     context.projection.build(
         bodies, context.contact_cache, dt, world.settings.projection_sweeps,
         context.articulated_response.prepare(bodies, context.joints, context.contact_cache),
         context.solved_bodies);
+    if (world.has(Effect::self_repulsion))
+      context.projection.add_repulsions(context.self_repulsion, context.solved_bodies);
     projection = &context.projection;
     if (world.has(Effect::articulation)) {  // V of bound and touching particles depends on joints
       context.joints.prepare_projection(bodies.rigid);

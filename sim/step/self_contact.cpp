@@ -23,25 +23,39 @@ namespace {
   throw SimulationError(fault);
 }
 
-}  // namespace
-
-// I.3. The candidates include pairs that the predicted positions x^n + dt v bring together.
-void repel_surfaces(World& world, StepContext& context) {
-  Particles& particles = world.bodies.particles;
+// Finds the pairs of surfaces that the predicted positions x^n + dt v bring together.
+void find_approaching_surfaces(const World& world, StepContext& context) {
+  const Bodies& bodies = world.bodies;
+  const Particles& particles = bodies.particles;
   context.x_next.resize(particles.size());
   for (std::size_t p = 0; p < particles.size(); ++p)
     context.x_next[p] = particles.x[p] + context.dt * particles.v[p];
-  context.self_candidates.update(world.bodies.collision_surface, particles.x, context.x_next);
+  context.self_candidates.update(bodies.collision_surface, particles.x, context.x_next);
+  context.approaching_surfaces.find_approaching(context.self_candidates, particles.x, particles.v, context.dt,
+                                                bodies.faces_around, bodies.triangles);
+}
+
+// Applies the impulses of step I.3 or V.4, which act for `duration` (s), and stores the mean forces of their
+// friction (N).
+void repel(World& world, StepContext& context, double duration, std::vector<Vec3>& friction,
+           ContactImpulses* tally) {
+  Particles& particles = world.bodies.particles;
+  context.self_repulsion.apply(context.dt, particles.x, particles.inverse_mass, particles.v, friction, tally);
+  for (Vec3& force : friction) force /= duration;
+}
+
+}  // namespace
+
+// I.3, with the pairs of x^n. Those that were constraints of I.1 are treated as the others.
+void repel_surfaces(World& world, StepContext& context) {
+  Particles& particles = world.bodies.particles;
   const bool solves = solves_contact(world);
   if (solves) {
-    context.approaching_surfaces.find_approaching(context.self_candidates, particles.x, particles.v,
-                                                  context.dt, world.bodies.faces_around,
-                                                  world.bodies.triangles);
+    find_approaching_surfaces(world, context);
     for (std::size_t p = 0; p < particles.size(); ++p) context.solved_change.particle[p] -= particles.v[p];
   }
-  context.self_repulsion.find(context.self_candidates, particles.x, particles.inverse_mass,
-                              world.bodies.faces_around, world.bodies.triangles);
-  context.self_repulsion.apply(context.dt, particles.x, particles.inverse_mass, particles.v);
+  context.self_repulsion.deactivate_all_rows();
+  repel(world, context, context.dt / 2, context.surface_friction, nullptr);
   context.self_repulsion.apply_elastic(context.dt, particles.inverse_mass, particles.v);
   if (solves)  // solves with contact inside leave these impulses out
     for (std::size_t p = 0; p < particles.size(); ++p) context.solved_change.particle[p] += particles.v[p];
@@ -55,9 +69,7 @@ void find_repulsions(World& world, StepContext& context) {
 }
 
 void repel_surfaces_at_end(World& world, StepContext& context) {
-  Particles& particles = world.bodies.particles;
-  context.self_repulsion.apply(context.dt, particles.x, particles.inverse_mass, particles.v,
-                               &world.contact_tally.on_particles());
+  repel(world, context, context.dt, context.surface_friction_next, &world.contact_tally.on_particles());
   const std::vector<RepulsionPair>& pairs = context.self_repulsion.pairs();
   world.counters.self_repulsions = std::count_if(
       pairs.begin(), pairs.end(), [](const RepulsionPair& pair) { return pair.distance < pair.thickness; });

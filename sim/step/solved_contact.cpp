@@ -35,9 +35,6 @@ ContactProjection* keep_joints(World& world, StepContext& context, const Islands
 // slowly. The first middle is far off if contact stops a body that turned.
 constexpr int middles = 2;
 
-// Fraction of the distance that surfaces lack of their thickness that the position update of a step restores.
-constexpr double parted_share = 0.1;
-
 // Sets the velocities of bodies on the searched islands to `velocity`.
 void take_velocities(const GeneralizedVelocity& velocity, const Islands& islands, Bodies& bodies) {
   for (const Islands::Range& range : islands.ranges())

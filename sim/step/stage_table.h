@@ -141,6 +141,7 @@ inline constexpr auto rows = std::to_array<StageRow>({
   {Stage::time_step_choice,     "time step choice",                    other, always, nothing,   nullptr, nullptr, Timing::before_step},
   {Stage::kinematic_motion,     "0 kinematic motion",                  added, effect(Effect::kinematic_motion), nothing, plan_motion},
   {Stage::joint_rows,           "0 joint rows",                        added, any(jointed), nothing, begin_joints},
+  {Stage::repulsion_pairs,      "0 repulsion pairs",                   added, effect(Effect::self_repulsion), nothing, find_repulsions},
   // I    v^n -> v~^{n+1/2}
   {Stage::advance_velocity,     "I.1 advance velocity",                other, always, half_step, advance_velocity},
   {Stage::volume_correction,    "I.2 volume correction",               other, any(incompressible), half_step, correct_volume},
@@ -173,7 +174,7 @@ inline constexpr auto rows = std::to_array<StageRow>({
   {Stage::embedded_particles,   "IV embedded particles",               added, any(bones), nothing, follow_bones},
   {Stage::self_collision,       "IV self-collision",                   paper, effect(Effect::self_collision), velocity, collide_surfaces},
   // V    v-^n -> v^{n+1}: the beginning that both orders share
-  {Stage::repulsion_pairs,      "V repulsion pairs",                   paper, effect(Effect::self_repulsion), nothing, find_repulsions},
+  {Stage::repulsion_pairs_at_end, "V repulsion pairs",                   paper, effect(Effect::self_repulsion), nothing, find_repulsions},
   {Stage::spin_at_start,        "V spin at the start",                 added, spin(both), nothing, begin_spin},
   {Stage::solve_constraints,    "V.2 constraints",                     other, last_solve, nothing, find_solve_constraints},
   {Stage::middle_forces,        "V.2 forces of the middle",            paper, always, nothing, find_middle_forces},

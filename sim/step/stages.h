@@ -17,6 +17,7 @@ enum class Stage {
   time_step_choice,  ///< choice of the length of the step, before it
   kinematic_motion,  ///< plan_motion()
   joint_rows,        ///< begin_joints()
+  repulsion_pairs,   ///< find_repulsions()
 
   advance_velocity,        ///< I.1, advance_velocity()
   volume_correction,       ///< I.2, correct_volume()
@@ -49,7 +50,7 @@ enum class Stage {
   embedded_particles,  ///< follow_bones()
   self_collision,      ///< collide_surfaces()
 
-  repulsion_pairs,          ///< find_repulsions()
+  repulsion_pairs_at_end,   ///< find_repulsions()
   spin_at_start,            ///< begin_spin()
   solve_constraints,        ///< find_solve_constraints()
   middle_forces,            ///< find_middle_forces()
@@ -139,7 +140,7 @@ void follow_bones(World& world, StepContext& context);
 /// Changes x^{n+1} so that no deformable surfaces have crossed, and v-^n by that change over dt.
 void collide_surfaces(World& world, StepContext& context);
 
-/// Finds the pairs of deformable surfaces that are near each other at x^{n+1}.
+/// Finds the pairs of deformable surfaces that are near each other at the positions x: x^n or x^{n+1}.
 void find_repulsions(World& world, StepContext& context);
 /// Finds the free islands with deformable bodies, and stores the velocities that keep_spin() compares with.
 void begin_spin(World& world, StepContext& context);

@@ -1,5 +1,7 @@
 #include "sim/step/state_hashes.h"
 
+#include <algorithm>
+
 #include "sim/base/hash.h"
 #include "sim/step/world.h"
 
@@ -84,6 +86,10 @@ void add_state(Writer& writer, const World& world) {
             hash_values(acceleration.particle.data(), acceleration.particle.size()));
   add_scene("linear accelerations", hash_values(acceleration.linear.data(), acceleration.linear.size()));
   add_scene("angular accelerations", hash_values(acceleration.angular.data(), acceleration.angular.size()));
+  const std::vector<Vec3>& friction = world.context.surface_friction_n;
+  const auto acts = [](const Vec3& force) { return !force.isZero(0); };
+  if (std::any_of(friction.begin(), friction.end(), acts))  // else as without surfaces that touch
+    add_scene("friction between surfaces", hash_values(friction.data(), friction.size()));
   const std::vector<double>& pressure = world.context.pressure_n;
   if (!pressure.empty())
     add_scene("pressures", hash_bytes(pressure.data(), pressure.size() * sizeof(double)));

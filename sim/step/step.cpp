@@ -67,6 +67,7 @@ bool step(World& world, double time, double dt, Refusal* refusal) {
   world.ledger.end_step(world);
   world.contact_tally.end_step(world.bodies);
   if (world.touches()) remember(context.contacts, context.graph, dt, context.contact_cache);
+  if (world.has(Effect::self_repulsion)) std::swap(context.surface_friction_n, context.surface_friction_next);
   std::swap(context.pressure_n, context.pressure_next);
   world.stage_hashes.end_step(world);
   return true;

@@ -116,6 +116,10 @@ struct StepContext {
   /// Scratch: per deformable body, whether its volumes change no faster than at rest.
   std::vector<char> rests;
 
+  /// N, mean friction forces on all particles from the repulsions of the last step's V.4; state
+  std::vector<Vec3> surface_friction_n;
+  std::vector<Vec3> surface_friction,   ///< N, the same of I.3
+      surface_friction_next;            ///< N, the same of this step's V.4
   CollisionCandidates self_candidates;  ///< pairs of surface elements that may be near each other
   SelfRepulsion self_repulsion;         ///< self-repulsions of this step
   /// Pairs of surfaces that meet in this step, for contact inside the velocity solves.

@@ -112,7 +112,7 @@ void expect_stages_keep_momentum(const scene::Scene& scene) {
     {
       // V.2 and V.3 act at x^{n+1/2}: their forces have no moment there, but do at x^{n+1}.
       const std::vector<Vec3> before = world.bodies.particles.v;
-      run_stages(world, Stage::repulsion_pairs, Stage::contact_in_solve_at_end);
+      run_stages(world, Stage::repulsion_pairs_at_end, Stage::contact_in_solve_at_end);
       Vec3 moment = Vec3::Zero(), sum = Vec3::Zero();
       for (std::size_t p = 0; p < before.size(); ++p) {
         const Vec3 change = world.bodies.particles.mass[p] * (world.bodies.particles.v[p] - before[p]);

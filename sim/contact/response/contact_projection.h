@@ -53,6 +53,10 @@ class ContactProjection {
     joints_ = &joints;
     held_ = held_ || joints.is_held();
   }
+  /// Adds the pairs of `repulsions` as constraints until the next build. It must outlive the use of this
+  /// object. `left_out` has an entry for every deformable body, or is empty: the pairs with a marked body are
+  /// left out.
+  void add_repulsions(SelfRepulsion& repulsions, const std::vector<char>& left_out);
   /// Projects in the inner product of other particle masses until the next build: `inverse_mass` has a block
   /// (1/kg) for every particle and must outlive the use. Null restores the masses of the particles.
   void use_inverse_masses(const std::vector<SymmetricBlock>* inverse_mass);

@@ -4,8 +4,6 @@
 #include <cmath>
 #include <optional>
 
-#include <Eigen/LU>
-
 #include "sim/base/assert.h"
 #include "sim/base/parallel.h"
 
@@ -14,18 +12,10 @@ namespace {
 
 // Number of candidates in a chunk of a parallel loop.
 constexpr std::size_t repulsions_at_once = 512;
-// Number of sweeps over all pairs in apply().
-constexpr int rounds = 3;
-// Fraction of its distance from h that a pair covers in a step, if it is nearer than h or a row of a solve
-// (Bridson et al. 2002, section 7.2).
-constexpr double share = 0.1;
 // Largest distance of the rows of a solve, relative to h. Pairs that are farther away still have to approach,
-// and damping is to act on how fast they do.
-constexpr double row_range = 1.02;
-
-// Least part of the friction between two elements that is taken to be left when its couple is removed.
-// Between edges that are nearly parallel, and between small elements, less is left.
-constexpr double least_kept = 0.5;
+// and damping is to act on how fast they do: rows at 1.02 h slow surfaces that slide over each other's meshes
+// by three times as much.
+constexpr double row_range = 1.001;
 
 // Smallest barycentric weight of a particle for it to belong to a place on an element.
 constexpr double min_weight = 1e-9;
@@ -64,50 +54,9 @@ double effective_mass(const std::array<int, 4>& particle, const std::array<doubl
   return sum > 0 ? 1 / sum : 0;
 }
 
-// Returns the smallest normal velocity (m/s) of a pair with which it comes no nearer than h within `dt` (s),
-// or, for a row of a solve, closes no more than a tenth of its gap to h.
-double min_speed(const RepulsionPair& pair, double dt) {
-  return (pair.active ? share : 1) * std::min(0.0, (pair.thickness - pair.distance) / dt);
-}
-
-// Returns whether a pair is near enough to be a row of a solve.
-bool is_near_enough(const RepulsionPair& pair) { return pair.distance < row_range * pair.thickness; }
-
-// A rotation of the four particles of a pair: v += angular_velocity x (x - center).
-struct Rotation {
-  Vec3 angular_velocity = Vec3::Zero();  // rad/s
-  Vec3 center = Vec3::Zero();            // m: center of mass of the particles
-  Vec3 impulse = Vec3::Zero();           // N s: given to the first element, and taken from the second
-};
-
-// Returns the rotation that removes an angular momentum (N m s) from a pair; none if a particle is held,
-// because held particles take up the momentum.
-Rotation rotation_against(const RepulsionPair& pair, const Vec3& angular_momentum, const std::vector<Vec3>& x,
-                          const std::vector<double>& inverse_mass) {
-  std::array<double, 4> mass;
-  double total = 0;
-  Rotation result;
-  for (std::size_t i = 0; i < 4; ++i) {
-    const auto p = as_index(pair.particle[i]);
-    if (!(inverse_mass[p] > 0)) return {};
-    mass[i] = 1 / inverse_mass[p];
-    total += mass[i];
-    result.center += mass[i] * x[p];
-  }
-  result.center /= total;
-  Mat3 inertia = Mat3::Zero();
-  Vec3 first = Vec3::Zero();  // kg m: mass moment of the first element about the center
-  for (std::size_t i = 0; i < 4; ++i) {
-    const Vec3 arm = x[as_index(pair.particle[i])] - result.center;
-    inertia += mass[i] * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
-    if (i < as_index(pair.first)) first += mass[i] * arm;
-  }
-  // Keeps the inertia of particles on a line invertible; no angular momentum about the line needs to be
-  // removed.
-  inertia.diagonal().array() += 1e-14 * inertia.trace();
-  result.angular_velocity = -(inertia.inverse() * angular_momentum);
-  result.impulse = result.angular_velocity.cross(first);
-  return result;
+// Returns whether a pair may be a row of a solve and is near enough.
+bool can_be_row(const RepulsionPair& pair) {
+  return pair.may_be_row && pair.distance < row_range * pair.thickness;
 }
 
 // Returns the nearest point on a pair's first or second element, as the particles from `begin` to `end` that
@@ -218,13 +167,6 @@ std::optional<RepulsionPair> meeting(const CandidatePair& candidate, const FourP
   return {};
 }
 
-// Adds an impulse (N s) on a pair, with its part `along_normal` (N s) along the normal, to the sums of its
-// particles. Both elements are pressed.
-void add_to(ContactImpulses& tally, const RepulsionPair& pair, const Vec3& impulse, double along_normal) {
-  for (std::size_t i = 0; i < 4; ++i)
-    tally.add(as_index(pair.particle[i]), pair.weight[i] * impulse, std::abs(pair.weight[i]) * along_normal);
-}
-
 // Sets `pairs` to all that find(candidate, pairs) appends for the candidates, in the order of the candidates
 // for any number of threads.
 template <class Chunk, class Find>
@@ -246,15 +188,6 @@ void collect(const std::vector<CandidatePair>& near, std::vector<Chunk>& chunks,
 
 Vec3 relative_velocity(const RepulsionPair& pair, const std::vector<Vec3>& v) {
   return weighted(pair.weight, corners(pair.particle, v));
-}
-
-void apply_impulse(const RepulsionPair& pair, const Vec3& impulse, const std::vector<double>& inverse_mass,
-                   std::vector<Vec3>& v) {
-  DUET_ASSERT(is_unit(pair.normal));
-  for (std::size_t i = 0; i < 4; ++i) {
-    const auto p = as_index(pair.particle[i]);
-    v[p] += pair.weight[i] * inverse_mass[p] * impulse;
-  }
 }
 
 void SelfRepulsion::find(const CollisionCandidates& candidates, const std::vector<Vec3>& x,
@@ -304,58 +237,6 @@ void SelfRepulsion::find_approaching(const CollisionCandidates& candidates, cons
           });
 }
 
-// Friction takes at most as much tangential momentum as the normal impulse of the same visit allows
-// (Coulomb), so that the sum over the rounds remains in the friction cone. Its impulses act at two points at
-// a distance from each other, so they form a couple. A rotation of the four particles removes its angular
-// momentum, but gives a part of the tangential momentum back: 1 % if the surfaces are a tenth of an element
-// apart. Friction is that much larger, so that what is left is what Coulomb's law says.
-void SelfRepulsion::apply(double dt, const std::vector<Vec3>& x, const std::vector<double>& inverse_mass,
-                          std::vector<Vec3>& v, ContactImpulses* tally) const {
-  DUET_ASSERT(dt > 0 && x.size() == v.size() && inverse_mass.size() == v.size());
-  for (int round = 0; round < rounds; ++round)
-    for (const RepulsionPair& pair : pairs_) {
-      const Vec3 relative = relative_velocity(pair, v);
-      const double speed = relative.dot(pair.normal);
-      const double change = min_speed(pair, dt) - speed;
-      if (change <= 0) continue;
-      apply_impulse(pair, pair.mass * change * pair.normal, inverse_mass, v);
-      if (tally) add_to(*tally, pair, pair.mass * change * pair.normal, pair.mass * change);
-      const Vec3 tangential = relative - speed * pair.normal;
-      const double slip = tangential.norm();
-      if (!(slip > 0) || !(pair.friction > 0)) continue;
-      const Vec3 direction = -tangential / slip;
-      const Rotation back =
-          rotation_against(pair, (pair.distance * pair.normal).cross(direction), x, inverse_mass);
-      const Vec3 left = direction + back.impulse;  // of an impulse of 1
-      const double kept = std::max((left - left.dot(pair.normal) * pair.normal).norm(), least_kept);
-      const double friction = pair.mass * std::min(slip, pair.friction * change) / kept;  // N s
-      apply_impulse(pair, friction * direction, inverse_mass, v);
-      const FourPoints before = corners(pair.particle, v);
-      const Vec3 angular_velocity = friction * back.angular_velocity;
-      for (const int p : pair.particle)
-        v[as_index(p)] += angular_velocity.cross(x[as_index(p)] - back.center);
-      if (!tally) continue;
-      add_to(*tally, pair, friction * direction, 0);
-      for (std::size_t i = 0; i < 4; ++i) {
-        const auto p = as_index(pair.particle[i]);
-        if (inverse_mass[p] > 0) tally->add(p, (v[p] - before[i]) / inverse_mass[p], 0);
-      }
-    }
-}
-
-// In step I this changes positions alone, because the velocities of time n are resumed afterwards. So it adds
-// no kinetic energy, and no spring constant is needed to bound it.
-void SelfRepulsion::apply_elastic(double dt, const std::vector<double>& inverse_mass,
-                                  std::vector<Vec3>& v) const {
-  DUET_ASSERT(dt > 0 && inverse_mass.size() == v.size());
-  for (const RepulsionPair& pair : pairs_) {
-    if (pair.distance >= pair.thickness) continue;
-    const double change =
-        share * (pair.thickness - pair.distance) / dt - relative_velocity(pair, v).dot(pair.normal);
-    if (change > 0) apply_impulse(pair, pair.mass * change * pair.normal, inverse_mass, v);
-  }
-}
-
 namespace {
 
 // Activates `pair` if it would come too near, see SelfRepulsion::activate_rows(), and sets its target.
@@ -364,7 +245,7 @@ void activate_row(double dt, double at, const std::vector<Vec3>& start, const st
   const double from = relative_velocity(pair, start).dot(pair.normal),
                there = relative_velocity(pair, velocity).dot(pair.normal);
   pair.active = false;
-  pair.active = is_near_enough(pair) && from + (there - from) / at <= min_speed(pair, dt);
+  pair.active = can_be_row(pair) && from + (there - from) / at <= min_speed(pair, dt);
   pair.target = (1 - at) * from + at * min_speed(pair, dt);
 }
 
@@ -376,7 +257,7 @@ bool SelfRepulsion::activate_rows(double dt, double at, const std::vector<Vec3>&
   bool all = true;
   for (RepulsionPair& pair : pairs_) {
     activate_row(dt, at, start, velocity, pair);
-    all = all && (pair.active || !is_near_enough(pair));
+    all = all && (pair.active || !can_be_row(pair));
   }
   return all;
 }
@@ -400,6 +281,10 @@ bool SelfRepulsion::deactivate_rows(const std::vector<Vec3>& change, double tole
     any = true;
   }
   return any;
+}
+
+void SelfRepulsion::deactivate_all_rows() {
+  for (RepulsionPair& pair : pairs_) pair.active = false;
 }
 
 void SelfRepulsion::use_inverse_masses(const std::vector<SymmetricBlock>* inverse_mass) {

@@ -2,6 +2,8 @@
 // deformable surfaces, of one body or of several, that are nearer to each other than their thickness h.
 #pragma once
 
+#include <utility>
+
 #include "sim/deformable/contact_impulses.h"
 #include "sim/deformable/materials/symmetric_block.h"
 #include "sim/deformable/particle_mask.h"
@@ -26,6 +28,7 @@ struct RepulsionPair {
   double mass = 0;             ///< kg, effective mass 1/(sum of w_i^2 / m_i); 0 if all particles are held
   double row_mass = 0;         ///< kg, effective mass in the inner product that sweep() works in
   double target = 0;           ///< m/s, smallest normal velocity at mid-step that a solve aims at
+  bool may_be_row = true;      ///< whether activate_rows() may activate the pair
   bool active = false;         ///< whether the pair is a row (constraint) of a solve
 };
 
@@ -36,6 +39,13 @@ Vec3 relative_velocity(const RepulsionPair& pair, const std::vector<Vec3>& v);
 /// This keeps linear momentum, and angular momentum too if the impulse is along the normal.
 void apply_impulse(const RepulsionPair& pair, const Vec3& impulse, const std::vector<double>& inverse_mass,
                    std::vector<Vec3>& v);
+
+/// Fraction of its distance from h that a pair covers in a step, if it is nearer than h or a row of a solve
+/// (Bridson et al. 2002, section 7.2).
+inline constexpr double parted_share = 0.1;
+/// Returns the smallest normal velocity (m/s) of a pair with which it comes no nearer than h within `dt` (s),
+/// or, for a row of a solve, closes no more than a tenth of its gap to h.
+double min_speed(const RepulsionPair& pair, double dt);
 
 /// Repulsions between deformable surfaces, as impulses and as constraints of a velocity solve.
 class SelfRepulsion {
@@ -65,20 +75,26 @@ class SelfRepulsion {
   /// nearer than h within `dt` (s).
   ///
   /// Pairs that are active rows of a solve may close a tenth of their gap to h. Linear and angular momentum
-  /// are kept. Adds the impulses on all particles to `tally` unless it is null.
+  /// are kept. Sets `friction` (N s) to the friction impulses on all particles, and adds all impulses to
+  /// `tally` unless it is null.
   void apply(double dt, const std::vector<Vec3>& x, const std::vector<double>& inverse_mass,
-             std::vector<Vec3>& v, ContactImpulses* tally = nullptr) const;
+             std::vector<Vec3>& v, std::vector<Vec3>& friction, ContactImpulses* tally = nullptr);
   /// Applies elastic impulses: pairs that are nearer than h separate by a tenth of what they lack within `dt`
   /// (s).
-  void apply_elastic(double dt, const std::vector<double>& inverse_mass, std::vector<Vec3>& v) const;
+  void apply_elastic(double dt, const std::vector<double>& inverse_mass, std::vector<Vec3>& v);
 
+  /// Calls may_be_row(pair) for all pairs and stores the results in them; all may be rows after find().
+  template <class Predicate>
+  void choose_rows_among(Predicate&& may_be_row) {
+    for (RepulsionPair& pair : pairs_) pair.may_be_row = may_be_row(std::as_const(pair));
+  }
   /// Activates the pairs that are to be rows (constraints) of the projection in the conjugate gradients
   /// (paper section 7.1), and sets their targets.
   ///
-  /// A pair becomes active if it is nearer than 1.02 h and would come nearer than h within `dt` (s) if its
+  /// A pair becomes active if it is nearer than 1.001 h and would come nearer than h within `dt` (s) if its
   /// velocity went from `start` (m/s) at the beginning of the step by way of `velocity` (m/s) at the fraction
   /// `at` of it. Its target lets it approach h by a tenth of its gap by the end of the step, which apply()
-  /// keeps to. Returns whether all pairs that are near enough became active.
+  /// keeps to. Returns whether all pairs that may and are near enough became active.
   bool activate_rows(double dt, double at, const std::vector<Vec3>& start, const std::vector<Vec3>& velocity);
   /// The same for the pairs that are not active, at another `velocity`. Returns whether any became active.
   bool activate_more_rows(double dt, double at, const std::vector<Vec3>& start,
@@ -86,6 +102,8 @@ class SelfRepulsion {
   /// Deactivates the pairs that the velocity change `change` (m/s) separates faster than by `tolerance`
   /// (m/s). Returns whether there were any.
   bool deactivate_rows(const std::vector<Vec3>& change, double tolerance);
+  /// Deactivates all pairs.
+  void deactivate_all_rows();
   /// Makes sweep() work in the inner product of other masses than those of the particles; null goes back to
   /// these.
   ///
@@ -110,6 +128,17 @@ class SelfRepulsion {
   struct Chunk {
     std::vector<RepulsionPair> pairs;
   };
+  // Sums of the impulses that a pair has received in a call of apply() or apply_elastic(), N s.
+  struct PairImpulse {
+    double normal = 0;
+    Vec3 friction = Vec3::Zero();  // along the surface
+  };
+  // Calls visit(pair, its impulses), which returns the change of a velocity (m/s), for all pairs with mass
+  // until the impulses have settled.
+  template <class Visit>
+  void sweep_impulses(Visit&& visit);
+
+  std::vector<PairImpulse> impulses_;  // of the pairs
   std::vector<Chunk> chunks_;
   std::vector<RepulsionPair> pairs_;
   // Returns whether a pair takes part in sweep().

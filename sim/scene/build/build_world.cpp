@@ -456,6 +456,8 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
     bodies.forces.rely_on_damping(scene.solver.cfl, scene.solver.relaxation);
   world.settings.collision.rigid_pairs = world.has(Effect::rigid_collision);
   world.settings.contact.angular_friction = world.has(Effect::rolling_friction);
+  if (world.has(Effect::self_repulsion))
+    world.context.surface_friction_n.assign(bodies.particles.size(), Vec3::Zero());
   if (world.has_internal_forces() && !world.settings.implicit_elasticity) {
     fall_freely(bodies, world.gravity, world.context.acceleration);
     for (std::vector<double>* pressure : {&world.context.pressure_n, &world.context.pressure_next})

@@ -36,6 +36,12 @@ std::vector<Vec3> velocities(const Sheets& sheets, const Vec3& lower, const Vec3
   return v;
 }
 
+// Applies the inelastic impulses to the velocities of the sheets.
+void apply_once(SelfRepulsion& repulsion, const Sheets& sheets, std::vector<Vec3>& v) {
+  std::vector<Vec3> friction;
+  repulsion.apply(dt, sheets.x, sheets.inverse_mass, v, friction);
+}
+
 // Pairs nearer than 1.1 thicknesses are found, each with its distance. Elements of one sheet that are as near
 // as that at rest are not: they would be blown apart.
 TEST(SelfRepulsion, FindsPairsInRangeExceptNeighborsAtRest) {
@@ -59,9 +65,9 @@ TEST(SelfRepulsion, FindsPairsInRangeExceptNeighborsAtRest) {
 TEST(SelfRepulsion, StopsApproachAtTheThickness) {
   for (const double gap : {0.5 * thickness, 1.05 * thickness}) {
     const Sheets sheets = layers(gap);
-    const SelfRepulsion repulsion = pairs_of(sheets);
+    SelfRepulsion repulsion = pairs_of(sheets);
     std::vector<Vec3> v = velocities(sheets, Vec3::Zero(), Vec3(0.3, -2, 0));
-    for (int i = 0; i < 200; ++i) repulsion.apply(dt, sheets.x, sheets.inverse_mass, v);
+    for (int i = 0; i < 200; ++i) apply_once(repulsion, sheets, v);
     const double least = std::min(0.0, (thickness - gap) / dt);
     double nearest = 1;
     for (const RepulsionPair& pair : repulsion.pairs())
@@ -70,7 +76,7 @@ TEST(SelfRepulsion, StopsApproachAtTheThickness) {
     // Pairs that separate already are left alone.
     const std::vector<Vec3> parting = velocities(sheets, Vec3::Zero(), Vec3(1, 2, 0));
     std::vector<Vec3> after = parting;
-    repulsion.apply(dt, sheets.x, sheets.inverse_mass, after);
+    apply_once(repulsion, sheets, after);
     EXPECT_EQ(after, parting);
   }
 }
@@ -82,8 +88,8 @@ TEST(SelfRepulsion, RowsAreThoseThatWouldComeTooNear) {
     double gap, mean;  // in thicknesses; in speeds that lead to the thickness within the step
     bool is_row;
   };
-  for (const Case& c : {Case{0.5, 0.1, true}, Case{1.01, 1.1, true}, Case{1.01, 0.4, false},
-                        Case{1.05, 1.1, false}, Case{1.01, -1, false}}) {
+  for (const Case& c : {Case{0.5, 0.1, true}, Case{1.0005, 1.1, true}, Case{1.0005, 0.4, false},
+                        Case{1.01, 1.1, false}, Case{1.0005, -1, false}}) {
     const double gap = c.gap * thickness, way = std::abs(thickness - gap) / dt;
     const Sheets sheets = layers(gap);
     SelfRepulsion repulsion = pairs_of(sheets);
@@ -97,7 +103,7 @@ TEST(SelfRepulsion, RowsAreThoseThatWouldComeTooNear) {
       }
     }
     std::vector<Vec3> end = velocities(sheets, Vec3::Zero(), Vec3(0, -2 * way, 0));
-    for (int i = 0; i < 200; ++i) repulsion.apply(dt, sheets.x, sheets.inverse_mass, end);
+    for (int i = 0; i < 200; ++i) apply_once(repulsion, sheets, end);
     double nearest = 1;
     for (const RepulsionPair& pair : repulsion.pairs())
       nearest = std::min(nearest, relative_velocity(pair, end).dot(pair.normal));
@@ -109,7 +115,7 @@ TEST(SelfRepulsion, RowsAreThoseThatWouldComeTooNear) {
 TEST(SelfRepulsion, ElasticPartRecoversATenthOfWhatIsMissing) {
   const double gap = 0.6 * thickness;
   const Sheets sheets = layers(gap);
-  const SelfRepulsion repulsion = pairs_of(sheets);
+  SelfRepulsion repulsion = pairs_of(sheets);
   std::vector<Vec3> v(sheets.x.size(), Vec3::Zero());
   for (int i = 0; i < 5000; ++i) repulsion.apply_elastic(dt, sheets.inverse_mass, v);  // until it converges
   double slowest = 1e9;
@@ -118,14 +124,44 @@ TEST(SelfRepulsion, ElasticPartRecoversATenthOfWhatIsMissing) {
   EXPECT_NEAR(slowest, 0.1 * (thickness - gap) / dt, 1e-6);
 }
 
+// Returns the kinetic energy (J) of velocities.
+double kinetic(const Sheets& sheets, const std::vector<Vec3>& v) {
+  double sum = 0;
+  for (std::size_t p = 0; p < v.size(); ++p) sum += 0.5 * v[p].squaredNorm() / sheets.inverse_mass[p];
+  return sum;
+}
+
+// The inelastic impulses of surfaces that press each other change velocities the least that they can: they
+// take as much energy as the change of velocities has. Where meshes coincide, several pairs have the same
+// particles; when no visit took back what earlier ones had given, these sheets had 3 to 23 % of their energy
+// too much. What is left is the error at which sweeps end.
+TEST(SelfRepulsion, PressedSurfacesDoNotRebound) {
+  std::mt19937 random(5);
+  for (const double offset : {0.0, 0.003, 0.04}) {
+    Sheets sheets;
+    sheets.add(4, 0.1, Vec3(0, 0, 0), thickness);
+    sheets.add(4, 0.1, Vec3(offset, 0.9 * thickness, 0.7 * offset), thickness);
+    SelfRepulsion repulsion = pairs_of(sheets);
+    for (int trial = 0; trial < 20; ++trial) {
+      std::vector<Vec3> v = velocities(sheets, Vec3::Zero(), Vec3(0, -1, 0)), start, change;
+      for (Vec3& velocity : v) velocity += 0.5 * test::random_vector(random);
+      start = change = v;
+      apply_once(repulsion, sheets, v);
+      for (std::size_t p = 0; p < v.size(); ++p) change[p] = v[p] - start[p];
+      EXPECT_GT(kinetic(sheets, change), 0.1 * kinetic(sheets, start));
+      EXPECT_NEAR((kinetic(sheets, v) + kinetic(sheets, change)) / kinetic(sheets, start), 1, 0.015);
+    }
+  }
+}
+
 // Friction of a repulsion follows Coulomb's law: slow slip nearly stops, fast slip loses the friction
 // coefficient times the change of normal velocity.
 TEST(SelfRepulsion, FrictionStopsSlowSlipAndOnlySlowsFastSlip) {
   const Sheets sheets = layers(0.5 * thickness, 0.5);
-  const SelfRepulsion repulsion = pairs_of(sheets);
+  SelfRepulsion repulsion = pairs_of(sheets);
   const auto slip_after = [&](double slip) {
     std::vector<Vec3> v = velocities(sheets, Vec3::Zero(), Vec3(slip, -1, 0));
-    repulsion.apply(dt, sheets.x, sheets.inverse_mass, v);
+    apply_once(repulsion, sheets, v);
     Vec3 upper = Vec3::Zero(), lower = Vec3::Zero();
     double upper_mass = 0, lower_mass = 0;
     for (std::size_t p = 0; p < v.size(); ++p) {
@@ -135,12 +171,12 @@ TEST(SelfRepulsion, FrictionStopsSlowSlipAndOnlySlowsFastSlip) {
     }
     return std::array{upper.x() / upper_mass - lower.x() / lower_mass, 1 + upper.y() / upper_mass};
   };
-  EXPECT_LT(std::abs(slip_after(0.1)[0]), 0.03);  // within the cone three rounds take nearly all of it
+  EXPECT_LT(std::abs(slip_after(0.1)[0]), 0.03);  // within the cone, sweeps take nearly all of it
   // A fast slip decreases, by Coulomb's law, by the friction coefficient times the change of the normal
   // velocity. The lower sheet has the same fractions of both, so the ratio of the upper sheet's impulses is
   // exact.
   std::vector<Vec3> v = velocities(sheets, Vec3::Zero(), Vec3(100, -1, 0));
-  repulsion.apply(dt, sheets.x, sheets.inverse_mass, v);
+  apply_once(repulsion, sheets, v);
   Vec3 impulse = Vec3::Zero();
   for (std::size_t p = 25; p < v.size(); ++p) impulse += (v[p] - Vec3(100, -1, 0)) / sheets.inverse_mass[p];
   // Pairs whose points are not above the center of mass of the other element also exchange normal momentum
@@ -160,7 +196,8 @@ void add_triangle(Sheets& sheets, double friction, const Vec3& a, const Vec3& b,
 
 // The two impulses of friction act on two surfaces at a distance from each other. To keep the angular
 // momentum, the particles of the pair are turned back, which took 0.5 to 6 % of the friction here. Friction
-// makes up for it, so that the impulses of a pair are on the edge of the cone, to rounding.
+// makes up for it, so that the impulses of a pair are on the edge of the cone: to rounding for a point over a
+// face. Edges that cross at 60 degrees also turn the direction of the slip between two sweeps.
 TEST(SelfRepulsion, FrictionOfAPairIsTheWholeOfCoulombs) {
   constexpr double friction = 0.4, side = 0.1, deep = 0.2;
   for (const double gap : {0.3 * thickness, 0.9 * thickness})
@@ -181,16 +218,17 @@ TEST(SelfRepulsion, FrictionOfAPairIsTheWholeOfCoulombs) {
         add_triangle(sheets, friction, side / 2 * Vec3::UnitX(), -side / 2 * Vec3::UnitX(), -far);
         add_triangle(sheets, friction, up + half, up - half, up + far);
       }
-      const SelfRepulsion repulsion = pairs_of(sheets);
+      SelfRepulsion repulsion = pairs_of(sheets);
       ASSERT_EQ(repulsion.pairs().size(), 1U);
       const Vec3 before(30, -1, 40);
       std::vector<Vec3> v(sheets.x.size(), Vec3::Zero());
       std::fill(v.begin() + 3, v.end(), before);
-      repulsion.apply(dt, sheets.x, sheets.inverse_mass, v);
+      apply_once(repulsion, sheets, v);
       Vec3 impulse = Vec3::Zero();
       for (std::size_t p = 3; p < v.size(); ++p) impulse += v[p] - before;
       EXPECT_GT(impulse.y(), 0.1);
-      EXPECT_NEAR(Vec3(impulse.x(), 0, impulse.z()).norm() / impulse.y(), friction, 1e-12);
+      EXPECT_NEAR(Vec3(impulse.x(), 0, impulse.z()).norm() / impulse.y(), friction,
+                  degrees == 60 ? 1e-5 : 1e-12);
     }
 }
 
@@ -198,7 +236,7 @@ TEST(SelfRepulsion, FrictionOfAPairIsTheWholeOfCoulombs) {
 TEST(SelfRepulsion, KeepsMomentum) {
   std::mt19937 random(3);
   const Sheets sheets = layers(0.5 * thickness, 0.5);
-  const SelfRepulsion repulsion = pairs_of(sheets);
+  SelfRepulsion repulsion = pairs_of(sheets);
   std::vector<Vec3> v(sheets.x.size());
   for (Vec3& velocity : v) velocity = test::random_vector(random);
   const auto momentum = [&] {
@@ -208,7 +246,7 @@ TEST(SelfRepulsion, KeepsMomentum) {
   };
   const auto before = momentum();
   const std::vector<Vec3> start = v;
-  repulsion.apply(dt, sheets.x, sheets.inverse_mass, v);
+  apply_once(repulsion, sheets, v);
   repulsion.apply_elastic(dt, sheets.inverse_mass, v);
   EXPECT_NE(v, start);
   const auto after = momentum();
