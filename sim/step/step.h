@@ -63,6 +63,7 @@ enum class TimeStepBound {
   elasticity,  ///< a fraction of the elastic stability limit 2/omega_max of the elements as they are now
   stretching,  ///< no element may be deformed by more than a quarter of its size, or half of its volume
   turn,        ///< no rigid body may turn by more than solver.max_rotation, nor its sinusoids' phase
+  swing,       ///< no pendulum may swing through more than 0.1 rad of its phase
   approach     ///< no body may get too deep into another one
 };
 /// The longest time step that the rule allows, and its reason.

@@ -90,8 +90,9 @@ struct StepContext {
   BroadPhase meeting;                    ///< pairs that can meet, for the choice of the time step
   std::vector<KinematicStep> kinematic;  ///< motions of kinematic bodies over this step
 
-  JointSolver joints;        ///< joints, with their rows as of the last update
-  FreeMotion free_motion;    ///< energy of jointed bodies as positions advance
+  std::vector<char> hangs;  ///< scratch: whether a rigid body hangs on joints from a body that is not dynamic
+  JointSolver joints;       ///< joints, with their rows as of the last update
+  FreeMotion free_motion;   ///< energy of jointed bodies as positions advance
   double joints_excess = 0;  ///< FreeMotion::Outcome::excess of this step
   /// How groups of jointed bodies respond to contact impulses.
   ArticulatedResponse articulated_response;

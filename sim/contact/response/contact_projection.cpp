@@ -133,10 +133,8 @@ void ContactProjection::build(const Bodies& bodies) { begin(bodies, 1, nullptr);
 
 void ContactProjection::add_repulsions(SelfRepulsion& repulsions, const std::vector<char>& left_out) {
   repulsions_ = &repulsions;
-
-  const auto is_left_out = [&](int particle) {
-    return !left_out.empty() && left_out[body_of(*bodies_, particle)] != 0;
-  };
+  if (left_out.empty()) return;
+  const auto is_left_out = [&](int particle) { return left_out[body_of(*bodies_, particle)] != 0; };
   repulsions.choose_rows_among([&](const RepulsionPair& pair) {
     return !is_left_out(pair.particle.front()) && !is_left_out(pair.particle.back());
   });
