@@ -272,9 +272,9 @@ double damping_at(const World& world) {
 // v~^{n+1/2} = v^n + dt/2 M^-1 (F + F_damping(V)), with V at the time at which V.2 and V.3 evaluate damping:
 // at rest both solves then have the same V, however near the projection comes to the constraints, and contact
 // has the same forces in III and V.4. The contacts of the last step and the repulsion pairs of x^n serve only
-// to find V. Without them the
-// particles that rest on something would fall freely in V and drag the others down: a damped body at rest
-// would be compressed by several times its weight. V obeys the contacts and would stick; v~ does not.
+// to find V. Without them the particles that rest on something would fall freely in V and drag the others
+// down: a damped body at rest would be compressed by several times its weight. V obeys the contacts and would
+// stick; v~ does not.
 void advance_semi_implicitly(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   Particles& particles = bodies.particles;

@@ -194,16 +194,32 @@ TEST_F(Restart, DamagedCheckpointFallsBackToThePreviousOne) {
   expect_same_run(run, reference, 40);
 }
 
-TEST_F(Restart, PrescribedMotionGoesOnWhereItWas) {
-  const std::string scene = source_folder() + "/tests/restart/kinematic.toml";
-  for (const auto& [out, frames] : {std::pair(run, "4"), {run, "10"}, {reference, "10"}}) {
-    std::vector<std::string> arguments = {"sim",      scene,  "--out",  out.root.string(),
-                                          "--frames", frames, "--quiet"};
+// Simulates `scene` up to the frame `last` twice: `run` in two parts, the first one up to the frame `first`,
+// and `reference` in one.
+void simulate_in_parts(const std::string& scene, int first, int last, const io::RunDirectory& run,
+                       const io::RunDirectory& reference) {
+  for (const auto& [out, frames] : {std::pair(run, first), {run, last}, {reference, last}}) {
+    std::vector<std::string> arguments = {
+        "sim", scene, "--out", out.root.string(), "--frames", std::to_string(frames), "--quiet"};
     if (fs::exists(out.root)) arguments.emplace_back("--resume");
     const Finished finished = run_duet(arguments);
     ASSERT_EQ(finished.status, 0) << finished.errors;
   }
+}
+
+TEST_F(Restart, PrescribedMotionGoesOnWhereItWas) {
+  simulate_in_parts(source_folder() + "/tests/restart/kinematic.toml", 4, 10, run, reference);
   expect_same_run(run, reference, 10);
+}
+
+TEST_F(Restart, FrictionBetweenSurfacesGoesOnAsItWas) {
+  simulate_in_parts(source_folder() + "/tests/restart/sliding.toml", 3, 6, run, reference);
+  const auto lines = statistics(run), expected = statistics(reference);
+  ASSERT_EQ(lines.size(), 7U);
+  ASSERT_EQ(expected.size(), lines.size());
+  for (std::size_t i = 0; i < lines.size(); ++i)
+    EXPECT_EQ(without_times(lines[i]), without_times(expected[i]));
+  EXPECT_GT(lines[3]["self_repulsions"], 0);
 }
 
 TEST_F(Restart, ResumeRefusesAnotherScene) {
