@@ -127,6 +127,34 @@ void bound_by_swing(const World& world, StepContext& context, TimeStepChoice& ch
   }
 }
 
+// Distance at which a jointed ball has met what it rebounds from, over the smaller thickness of the two. An
+// impact acts at the beginning of a step, so that its bodies are apart by this distance at most.
+constexpr double meeting_share = 1e-4;
+
+// Marks in `balls` the balls that have joints and restitution. Returns whether there are any. Balls without
+// joints need no bound: their impacts act when they meet (impact_delay.h).
+bool find_jointed_balls(const World& world, std::vector<char>& balls) {
+  const RigidBodies& rigid = world.bodies.rigid;
+  balls.assign(rigid.size(), 0);
+  bool any = false;
+  for (const std::size_t body : world.context.joints.bodies()) {
+    const RigidProperties& properties = rigid.properties[body];
+    balls[body] = properties.shape.kind == LevelSet::Kind::sphere && properties.restitution > 0;
+    any |= balls[body] != 0;
+  }
+  return any;
+}
+
+// Returns whether an impact of the pair is to act where the two meet: one is a jointed ball, and both have
+// restitution.
+bool rebounds_at_joints(const World& world, const BodyPair& pair) {
+  if (pair.guest_rigid < 0) return false;
+  const auto h = as_index(pair.host), g = as_index(pair.guest_rigid);
+  const std::vector<char>& balls = world.context.jointed_balls;
+  const RigidBodies& rigid = world.bodies.rigid;
+  return (balls[h] || balls[g]) && rigid.properties[h].restitution > 0 && rigid.properties[g].restitution > 0;
+}
+
 // Makes the bounds on kinematic bodies hold for all times from `time` (s) to `time + seconds`. The velocity
 // bound is the box of the velocities at the ends and the middle, extended by how much faster they may move in
 // between.
@@ -187,7 +215,8 @@ void bound_by_approach(World& world, double time, TimeStepChoice& choice) {
   look_ahead(world.bodies.rigid, time, choice.seconds, broad_phase.bounds);
   const double seconds = choice.seconds, push = world.applied.acceleration,
                acceleration = (world.gravity.norm() + push) * seconds;
-  if (all_are_slow(broad_phase.bounds, world.settings, acceleration, seconds)) return;
+  const bool jointed_balls = find_jointed_balls(world, world.context.jointed_balls);
+  if (!jointed_balls && all_are_slow(broad_phase.bounds, world.settings, acceleration, seconds)) return;
   broad_phase.margin.resize(broad_phase.bounds.size());
   for (std::size_t i = 0; i < broad_phase.margin.size(); ++i)
     broad_phase.margin[i] = seconds * (fastest(broad_phase.bounds[i]) + acceleration);
@@ -205,6 +234,9 @@ void bound_by_approach(World& world, double time, TimeStepChoice& choice) {
     double apart = time_apart(a, b, depth, world.gravity);
     // u t + p t^2 = depth bounds the time of bodies that begin to move fast: t <= sqrt(depth / p).
     if (push > 0) apart = std::min(apart, std::sqrt(std::max(depth, separation(a, b)) / push));
+    if (const double met = meeting_share * std::min(a.thickness, b.thickness);
+        jointed_balls && rebounds_at_joints(world, pair) && separation(a, b) > met)
+      apart = std::min(apart, time_apart(a, b, met, world.gravity));
     if (rolls_implicitly(world, pair))
       apart = std::min(apart, rolling_time(a, b, rolling_share * entry(a, world.settings)));
     return TimeStepChoice{apart, TimeStepBound::approach, pair.host, guest};

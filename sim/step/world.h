@@ -91,9 +91,10 @@ struct StepContext {
   std::vector<KinematicStep> kinematic;  ///< motions of kinematic bodies over this step
 
   std::vector<char> hangs;  ///< scratch: whether a rigid body hangs on joints from a body that is not dynamic
-  JointSolver joints;       ///< joints, with their rows as of the last update
-  FreeMotion free_motion;   ///< energy of jointed bodies as positions advance
-  double joints_excess = 0;  ///< FreeMotion::Outcome::excess of this step
+  std::vector<char> jointed_balls;  ///< scratch: whether a rigid body is a ball with joints and restitution
+  JointSolver joints;               ///< joints, with their rows as of the last update
+  FreeMotion free_motion;           ///< energy of jointed bodies as positions advance
+  double joints_excess = 0;         ///< FreeMotion::Outcome::excess of this step
   /// How groups of jointed bodies respond to contact impulses.
   ArticulatedResponse articulated_response;
   std::vector<Pose> end_pose;  ///< poses at x^{n+1}, of rigid bodies that are not dynamic

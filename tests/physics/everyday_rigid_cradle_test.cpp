@@ -22,13 +22,13 @@ double energy(const World& world) {  // J
 struct Cradle {
   int balls = 5, lifted = 1;
   JointType joint = JointType::point;
-  double length = 1;  // m, from a joint to its ball's center
-  double gap = 0;     // m, between balls at rest
-  double step = 0;    // s; 0: the program's choice
+  double length = 1;                           // m, from a joint to its ball's center
+  double gap = 0;                              // m, between balls at rest
+  double step = 0;                             // s; 0: the program's choice
+  double angle = 30 * double{EIGEN_PI} / 180;  // of the lifted balls
 };
 
-constexpr double radius = 0.1;                 // m
-constexpr double angle = 30 * EIGEN_PI / 180;  // of the lifted balls
+constexpr double radius = 0.1;  // m
 
 // Builds the cradle at rest, its first balls lifted.
 scene::Scene build(const Cradle& cradle) {
@@ -37,7 +37,7 @@ scene::Scene build(const Cradle& cradle) {
   if (cradle.step > 0) scene.solver.max_time_step = cradle.step;
   test::add_peg(scene, "bar", Vec3(0, 3, 0));
   for (int i = 0; i < cradle.balls; ++i) {
-    const double x = i * (2 * radius + cradle.gap), turn = i < cradle.lifted ? -angle : 0;
+    const double x = i * (2 * radius + cradle.gap), turn = i < cradle.lifted ? -cradle.angle : 0;
     const std::string name = fmt::format("ball{}", i);
     const Vec3 center(x + cradle.length * std::sin(turn), -cradle.length * std::cos(turn), 0);
     scene::RigidBody& ball = test::add_ball(scene, name, center, radius, 1);
@@ -53,7 +53,8 @@ double change_of_energy(const Cradle& cradle) {
   const scene::Scene scene = build(cradle);
   Simulation simulation(scene, test::plan(scene));
   const World& world = simulation.world();
-  const double start = energy(world), lifted = cradle.lifted * 9.8 * cradle.length * (1 - std::cos(angle));
+  const double start = energy(world),
+               lifted = cradle.lifted * 9.8 * cradle.length * (1 - std::cos(cradle.angle));
   double change = 0;
   for (int frame = 0; frame < 5 * 24; ++frame) {
     simulation.advance_frame();
@@ -64,8 +65,8 @@ double change_of_energy(const Cradle& cradle) {
 
 // Bound of the relative change of energy. An impulse on a ball by itself, which its joint corrects
 // afterwards, would take 2/5 (radius / length)^2 of its energy: 0.4 % at a length of 1 m and ten times that
-// at 0.3 m, for each impact. The remaining change comes from contact between balls that stay together.
-constexpr double most = 0.01;
+// at 0.3 m, for each impact. What remains is the error of the joints at the turns of a step.
+constexpr double most = 1e-3;
 
 // The bound holds for any number of balls and of lifted balls. Treating jointed balls as free ones in an
 // impact loses energy with every impact.
@@ -75,7 +76,7 @@ TEST(EverydayRigidCradle, KeepsItsEnergyWhateverItsCounts) {
                        fmt::format("{}_balls_{}_lifted", balls, lifted));
 }
 
-// Other joints, lengths and steps, and gaps between the balls, have the same bound of 1 %.
+// Other joints, lengths and steps, and gaps between the balls, have the same bound.
 TEST(EverydayRigidCradle, KeepsEnergyForAllJointsLengthsAndSteps) {
   for (const JointType joint : {JointType::hinge, JointType::universal})
     test::expect_below(change_of_energy({.joint = joint}), most,
@@ -86,6 +87,34 @@ TEST(EverydayRigidCradle, KeepsEnergyForAllJointsLengthsAndSteps) {
     test::expect_below(change_of_energy({.step = step}), most, fmt::format("step_{}", step));
   for (const double gap : {1e-4, 1e-2})
     test::expect_below(change_of_energy({.gap = gap}), most, fmt::format("gap_{}", gap));
+}
+
+// The inner balls of a cradle with one lifted ball never move, because every blow passes through them in no
+// time. Returns how far one of them is from its place at most, over the radius, at the frames of five
+// seconds.
+double motion_of_inner_balls(const Cradle& cradle) {
+  const scene::Scene scene = build(cradle);
+  Simulation simulation(scene, test::plan(scene));
+  const auto place = [&](int ball) {
+    return simulation.world().bodies.rigid.state[as_index(ball) + 1].pose.position;
+  };
+  double motion = 0;
+  for (int frame = 0; frame < 5 * 24; ++frame) {
+    simulation.advance_frame();
+    for (int i = 1; i + 1 < cradle.balls; ++i)
+      motion = std::max(motion, (place(i) - Vec3(i * 2 * radius, -cradle.length, 0)).norm() / radius);
+  }
+  return motion;
+}
+
+// Blows pass through the inner balls, whatever the length and the height, because they act when balls meet. A
+// blow that acts at the beginning of its step leaves the ball where it is then, up to 3 cm too early, and the
+// balls swing against each other ever more.
+TEST(EverydayRigidCradle, InnerBallsStayWhereTheyHang) {
+  for (const double length : {0.3, 1.0, 3.0})
+    for (const double degrees : {5.0, 20.0, 40.0, 80.0})
+      test::expect_below(motion_of_inner_balls({.length = length, .angle = degrees * double{EIGEN_PI} / 180}),
+                         1e-3, fmt::format("length_{}_from_{}_degrees", length, degrees));
 }
 
 // Returns the ratio of the last to the first energy of a scene without gravity in which a ball of 1 kg flies
