@@ -107,6 +107,27 @@ bool is_over(const Bodies& bodies, int host, const Vec3& x, const Exit& way) {
          left_within * smallest_size(bodies, host);
 }
 
+// Returns for each node of the feature edges of a static body whether it stays. stays(x) says so for a node
+// of a sharp edge and for a convex vertex at `x` (m, world). A node of a center line is inside of its body.
+// It goes where the ball that sweeps along the line is inside of an adjoining body.
+template <class Stays>
+std::vector<char> exposed_nodes(const Bodies& bodies, int body, Stays&& stays) {
+  const RigidProperties& properties = bodies.rigid.properties[as_index(body)];
+  const FeatureEdges& feature_edges = properties.feature_edges;
+  std::vector<double> radius(feature_edges.nodes.size(), 0.0);  // m, of the ball
+  for (const FeatureEdges::Line& line : feature_edges.lines)
+    for (int i = line.begin; i < line.end; ++i) radius[as_index(i)] = line.radius;
+  const double near = left_within * properties.shape.min_size();
+  std::vector<char> result;
+  for (std::size_t i = 0; i < radius.size(); ++i) {
+    const Vec3 x = bodies.rigid.state[as_index(body)].pose.to_world(feature_edges.nodes[i]);
+    const auto others = bodies.adjoining.of(body);
+    const auto contains = [&](int other) { return distance_to(bodies.rigid, other, x) <= near - radius[i]; };
+    result.push_back(radius[i] > 0 ? std::none_of(others.begin(), others.end(), contains) : stays(x));
+  }
+  return result;
+}
+
 }  // namespace
 
 ElementLists adjoining_bodies(const Bodies& bodies) {
@@ -155,9 +176,7 @@ void remove_hidden_samples(Bodies& bodies) {
     properties.samples.resize(kept);
     properties.inside.resize(kept);
     properties.on_flat.resize(kept);
-    std::vector<char> edge_stays;
-    for (const Vec3& node : properties.feature_edges.nodes) edge_stays.push_back(stays(pose.to_world(node)));
-    keep_nodes(edge_stays, properties.feature_edges);
+    keep_nodes(exposed_nodes(bodies, body, stays), properties.feature_edges);
   }
 }
 
