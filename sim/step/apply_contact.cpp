@@ -102,7 +102,10 @@ void control_joints(World& world, StepContext& context) {
 }
 
 void apply_contact(World& world, StepContext& context) {
-  if (world.touches()) solve_contacts(world, context, ContactSolve::halfway);
+  if (world.touches()) {
+    solve_contacts(world, context, ContactSolve::halfway);
+    note_frames(context.graph, context.contacts, context.first_frames);
+  }
   if (world.has(Effect::articulation))
     context.joints.structure_impulses(context.joint_push, context.joint_turn);
   check_finite(world, Stage::contact);

@@ -32,6 +32,12 @@ void ContactTally::end_stage(const World& world, Stage stage) {
   switch (stage) {
     case Stage::collisions:
       return add_contacts(world.bodies, context.contacts, context.collision_scratch.pairs, false);
+    case Stage::contacts_at_end:
+      return visit_turned(context.first_frames, context.contacts,
+                          [&](int body, const Vec3& impulse, const Vec3& angular) {
+                            step_.linear[as_index(body)] += impulse;
+                            step_.angular[as_index(body)] += angular;
+                          });
     case Stage::contact_at_end:
       return add_contacts(world.bodies, context.contacts, context.graph.pairs, true);
     case Stage::contact_in_solve_at_end:  // V.4 applies the impulses of contacts; those of pairs remain

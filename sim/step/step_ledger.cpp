@@ -186,8 +186,10 @@ Momentum StepLedger::external(const World& world, Stage stage, const std::vector
     case Stage::control_at_end:
       return impulse_of_joints(context.joints);
     case Stage::warm_start:
-    case Stage::contacts_at_end:
       return given_by_contact(world, stage);
+    case Stage::contacts_at_end:
+      total = moved_by_turning(context.first_frames, bodies, context.contacts);
+      return total += given_by_contact(world, stage);
     case Stage::contact:
     case Stage::contact_at_end:
       return given_by_contact(world, stage) - given_at_start_;

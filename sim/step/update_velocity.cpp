@@ -81,6 +81,7 @@ void prepare_contacts_at_end(World& world, StepContext& context) {
                            context.contacts, PredictionFor::velocity_at_end,
                            world.settings.collision.rigid_pairs ? &context.difference : nullptr);
   if (solves_contact(world)) context.contact_forces.restore_targets(context.contacts);
+  act_at_start(context.first_frames, context.graph, world.bodies, context.contacts);
   // The solve starts from twice the impulses of step III, which dealt with the forces of half a step.
   warm_start_again(2, context.graph, world.bodies, context.contacts);
 }

@@ -10,6 +10,7 @@
 #include "sim/contact/response/collisions.h"
 #include "sim/contact/response/contact_projection.h"
 #include "sim/contact/response/contact_solver.h"
+#include "sim/contact/response/turned_impulses.h"
 #include "sim/contact/response/warm_start.h"
 #include "sim/deformable/self_contact/self_collision.h"
 #include "sim/deformable/self_contact/self_repulsion.h"
@@ -103,15 +104,16 @@ struct StepContext {
   std::vector<Vec3> joint_push,  ///< N s, impulse of joints on each rigid body in step III
       joint_turn;                ///< N m s, angular impulse of joints on each rigid body in step III
 
-  ContactSet contacts;                   ///< contacts of this step
-  ContactGraph graph;                    ///< order in which contact visits them
-  ContactSolveScratch contact_solve;     ///< scratch of the contact solver
-  ContactCache contact_cache;            ///< contact cache of the last step that succeeded; state
-  CollisionScratch collision_scratch;    ///< scratch of step II.1
-  PushOutScratch push_out_scratch;       ///< scratch of step IV.2
-  SeparationScratch separation_scratch;  ///< scratch of step IV.2 between rigid bodies
-  ContactProjection projection;          ///< constraints of the solve at hand
-  PressureScratch pressure;              ///< scratch of pressure solves
+  ContactSet contacts;                     ///< contacts of this step
+  ContactGraph graph;                      ///< order in which contact visits them
+  ContactSolveScratch contact_solve;       ///< scratch of the contact solver
+  ContactCache contact_cache;              ///< contact cache of the last step that succeeded; state
+  CollisionScratch collision_scratch;      ///< scratch of step II.1
+  PushOutScratch push_out_scratch;         ///< scratch of step IV.2
+  SeparationScratch separation_scratch;    ///< scratch of step IV.2 between rigid bodies
+  std::vector<ContactFrame> first_frames;  ///< frames of the contacts in step III
+  ContactProjection projection;            ///< constraints of the solve at hand
+  PressureScratch pressure;                ///< scratch of pressure solves
   std::vector<double>
       pressure_n,     ///< Pa, per one-ring, by which the last step kept v^{n+1} free of divergence; state
       pressure_next;  ///< Pa, per one-ring, the same of this step
@@ -122,6 +124,7 @@ struct StepContext {
   std::vector<Vec3> surface_friction_n;
   std::vector<Vec3> surface_friction,   ///< N, the same of I.3
       surface_friction_next;            ///< N, the same of this step's V.4
+  ContactImpulses repulsion_impulses;   ///< scratch: impulses of I.3 or V.4 on all particles
   CollisionCandidates self_candidates;  ///< pairs of surface elements that may be near each other
   SelfRepulsion self_repulsion;         ///< self-repulsions of this step
   /// Pairs of surfaces that meet in this step, for contact inside the velocity solves.

@@ -1,0 +1,93 @@
+#include "sim/contact/response/turned_impulses.h"
+
+#include "sim/base/parallel.h"
+
+namespace duet {
+namespace {
+
+constexpr double min_agreement_of_frames = 0.9;  // least cosine of the turn of a normal
+
+// Returns the vector turned by the smallest rotation from the unit vector `from` to the unit vector `to`:
+//   v + w x v + w x (w x v) / (1 + c),   w = from x to,   c = from . to.
+Vec3 turned_with(const Vec3& from, const Vec3& to, const Vec3& v) {
+  const Vec3 w = from.cross(to), sideways = w.cross(v);
+  return v + sideways + w.cross(sideways) / (1 + from.dot(to));
+}
+
+// Adds an impulse (N s) and an angular impulse (N m s) to a rigid body.
+void add_impulses(RigidBodies& rigid, int body, const Vec3& impulse, const Vec3& angular) {
+  const auto b = as_index(body);
+  if (!rigid.properties[b].is_dynamic()) return;
+  rigid.state[b].velocity += rigid.properties[b].inverse_mass * impulse;
+  apply_angular_impulse(rigid.state[b], rigid.properties[b], angular);
+}
+
+}  // namespace
+
+Vec3 turned_impulse(const ContactFrame& first, const ContactPoint& contact) {
+  return turned_with(first.normal, contact.normal, first.impulse);
+}
+
+void note_frames(const ContactGraph& graph, const ContactSet& contacts, std::vector<ContactFrame>& frames) {
+  frames.assign(contacts.points.size(), {});
+  parallel_for(graph.pairs.size(), 16, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      const ContactPair& pair = contacts.pairs[as_index(graph.pairs[k])];
+      if (!pair.active || pair.guest_rigid < 0) continue;
+      for (int i = pair.begin; i < pair.end; ++i) {
+        const ContactPoint& contact = contacts.points[as_index(i)];
+        if (!contact.meets_ahead)
+          frames[as_index(i)] = {contact.normal, contact.host_arm, contact.guest_arm, contact.impulse};
+      }
+    }
+  });
+}
+
+void act_at_start(std::vector<ContactFrame>& frames, ContactGraph& graph, Bodies& bodies,
+                  ContactSet& contacts) {
+  graph.sweeps.once([&](int p) {
+    const ContactPair& pair = contacts.pairs[as_index(p)];
+    for (int i = pair.begin; i < pair.end; ++i) {
+      ContactFrame& first = frames[as_index(i)];
+      ContactPoint& contact = contacts.points[as_index(i)];
+      if (first.impulse.isZero(0)) continue;
+      if (!pair.active || contact.meets_ahead || first.normal.dot(contact.normal) < min_agreement_of_frames) {
+        first.impulse.setZero();
+        continue;
+      }
+      contact.impulse = turned_impulse(first, contact);
+      const Vec3 difference = first.impulse - contact.impulse;
+      const auto turn = [&](const Vec3& arm_at_start, const Vec3& arm) {
+        return Vec3(arm_at_start.cross(first.impulse) - arm.cross(contact.impulse));
+      };
+      add_impulses(bodies.rigid, contact.guest_rigid, difference, turn(first.guest_arm, contact.guest_arm));
+      add_impulses(bodies.rigid, contact.host, -difference, -turn(first.host_arm, contact.host_arm));
+    }
+  });
+}
+
+Momentum moved_by_turning(const std::vector<ContactFrame>& frames, const Bodies& bodies,
+                          const ContactSet& contacts) {
+  Momentum total;
+  const auto add = [&](const Vec3& place, const Vec3& impulse) { total += {impulse, place.cross(impulse)}; };
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const ContactFrame& first = frames[i];
+    const ContactPoint& contact = contacts.points[i];
+    if (first.impulse.isZero(0)) continue;
+    const auto h = as_index(contact.host), g = as_index(contact.guest_rigid);
+    const Vec3& guest = bodies.rigid.state[g].pose.position;
+    const Vec3& host = bodies.rigid.state[h].pose.position;
+    const bool moves_guest = bodies.rigid.properties[g].is_dynamic();
+    if (moves_guest && bodies.rigid.properties[h].is_dynamic()) {
+      total.angular += (guest + first.guest_arm - host - first.host_arm).cross(first.impulse);
+      continue;
+    }
+    const double sign = moves_guest ? 1 : -1;
+    const Vec3 turned = turned_impulse(first, contact);
+    add(moves_guest ? guest + first.guest_arm : host + first.host_arm, sign * first.impulse);
+    add(moves_guest ? guest + contact.guest_arm : host + contact.host_arm, -sign * turned);
+  }
+  return total;
+}
+
+}  // namespace duet

@@ -1,0 +1,69 @@
+// The impulses of step III between rigid bodies act at the beginning of the step, where contact was found,
+// and the rest of the impulses of step V at its end. In between the contact may have moved along a body that
+// rocks or rolls, and the body may have turned about it.
+//
+// With both halves at the end, a body that rocks on a round one loses energy, and a body that tips over an
+// edge gains some, in proportion to the step. With one half at each end neither happens, as in RATTLE
+// (Andersen 1983). The order of V.4 stays: its sweeps find the sum of both halves at the end of the step,
+// with Coulomb's law for the sum. The difference between the first half where it acts and where V.4 takes it
+// to act is added to the velocities before:
+//
+//   guest:  dv = (J - R J) / m,   dL = a x J - a' x R J,   and the opposite for the host,
+//
+// with the impulse J (N s) on the guest, the arms a and a' (m) at the beginning and at the end of the step,
+// and the smallest rotation R that turns the normal at the beginning to that at the end.
+#pragma once
+
+#include <vector>
+
+#include "sim/contact/graph/contact_graph.h"
+
+namespace duet {
+
+/// Where a contact acts in step III.
+struct ContactFrame {
+  Vec3 normal = Vec3::UnitY(),   ///< Unit: outward normal of the host.
+      host_arm = Vec3::Zero(),   ///< m: from the host's center of mass to the contact.
+      guest_arm = Vec3::Zero(),  ///< m: from a rigid guest's center of mass to the contact.
+      impulse = Vec3::Zero();    ///< N s: impulse on the guest; zero if it stays at the end of the step.
+};
+
+/// Sets `frames` to the frames of all contacts now, with the impulses of active rigid pairs. Impulses against
+/// planes that the bodies meet later in the step are left out.
+void note_frames(const ContactGraph& graph, const ContactSet& contacts, std::vector<ContactFrame>& frames);
+
+/// Lets the impulses in `frames` act there: turns the impulses of the contacts to the present normals, and
+/// changes the velocities by the difference.
+///
+/// Sets the impulses in `frames` to zero that stay as they are: those of inactive pairs, and of contacts that
+/// have turned by more than 26 degrees, because their normals are those of another side.
+void act_at_start(std::vector<ContactFrame>& frames, ContactGraph& graph, Bodies& bodies,
+                  ContactSet& contacts);
+
+/// Returns the impulse of a frame, turned to the present normal of its contact, N s.
+Vec3 turned_impulse(const ContactFrame& first, const ContactPoint& contact);
+
+/// Calls give(body, impulse, angular impulse) for what act_at_start() gave to each body of each contact, N s
+/// and N m s about the body's center of mass. Bodies of infinite mass are among them.
+template <class Give>
+void visit_turned(const std::vector<ContactFrame>& frames, const ContactSet& contacts, Give&& give) {
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const ContactFrame& first = frames[i];
+    if (first.impulse.isZero(0)) continue;
+    const ContactPoint& contact = contacts.points[i];
+    const Vec3 turned = turned_impulse(first, contact), difference = first.impulse - turned;
+    give(contact.guest_rigid, difference,
+         Vec3(first.guest_arm.cross(first.impulse) - contact.guest_arm.cross(turned)));
+    give(contact.host, Vec3(-difference),
+         Vec3(contact.host_arm.cross(turned) - first.host_arm.cross(first.impulse)));
+  }
+}
+
+/// Returns the momentum about the origin that act_at_start() gave to all bodies, beyond that of contacts at
+/// one place: what bodies of infinite mass gave, and for other pairs d x J, with the change d of the vector
+/// from the host to the guest in the step. The momentum of a pair changes by the opposite as the step moves
+/// it.
+Momentum moved_by_turning(const std::vector<ContactFrame>& frames, const Bodies& bodies,
+                          const ContactSet& contacts);
+
+}  // namespace duet
