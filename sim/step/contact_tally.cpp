@@ -72,7 +72,8 @@ void ContactTally::add_contacts(const Bodies& bodies, const ContactSet& contacts
       const ContactPoint& contact = contacts.points[as_index(i)];
       const Vec3& impulse = contact.impulse;
       if (impulse.isZero(0)) continue;
-      if (moves_host(bodies, contact)) push(contact.host, contact.host_arm, -impulse);
+      if (moves_host(bodies, contact) || !bodies.rigid.properties[as_index(contact.host)].is_dynamic())
+        push(contact.host, contact.host_arm, -impulse);
       if (contact.is_rigid_pair()) {
         push(contact.guest_rigid, contact.guest_arm, impulse);
         continue;

@@ -42,7 +42,7 @@ constexpr int max_releases = 8;
 // A search with contacts minimizes a convex potential. Whenever it has converged, multipliers and bounds of
 // friction are updated, at most `max_multiplier_updates` times; it may take `max_contact_iterations` more
 // iterations than other searches.
-constexpr int max_multiplier_updates = 8, max_contact_iterations = 40;
+constexpr int max_multiplier_updates = 8, max_contact_iterations = 80;
 
 // A search begins with this many careful iterations (ContactForces::set_careful). Later iterations are
 // careful if the one before took less than `min_free_share` of its correction.
@@ -61,7 +61,7 @@ constexpr double rounding = 1e-14;  // relative rounding error of the residual o
 
 // A search ends, because rounding bounds it, if this many iterations in a row leave more than the fraction
 // `max_left` of the residual.
-constexpr int max_stalls = 6;
+constexpr int max_stalls = 40;
 constexpr double max_left = 0.99;
 
 // One search for a velocity: it minimizes the potential of a VelocityProblem at context.solution.

@@ -36,12 +36,24 @@ void find_approaching_surfaces(const World& world, StepContext& context) {
 }
 
 // Applies the impulses of step I.3 or V.4, which act for `duration` (s), and stores the mean forces of their
-// friction (N).
+// friction (N). What particles get that rigid bodies carry, these bodies get. Adds the impulses to `tally`
+// unless it is null.
 void repel(World& world, StepContext& context, double duration, std::vector<Vec3>& friction,
            ContactImpulses* tally) {
-  Particles& particles = world.bodies.particles;
-  context.self_repulsion.apply(context.dt, particles.x, particles.inverse_mass, particles.v, friction, tally);
+  Bodies& bodies = world.bodies;
+  Particles& particles = bodies.particles;
+  ContactImpulses* impulses = tally;
+  if (!bodies.bound.empty()) {
+    impulses = &context.repulsion_impulses;
+    impulses->reset(particles.size());
+  }
+  context.self_repulsion.apply(context.dt, particles.x, particles.inverse_mass, particles.v, friction,
+                               impulses);
   for (Vec3& force : friction) force /= duration;
+  if (bodies.bound.empty()) return;
+  apply_bound_forces(bodies, impulses->total, 1);
+  follow_bodies(bodies.rigid, bodies.bound, particles);
+  if (tally) tally->add(*impulses);
 }
 
 }  // namespace
