@@ -27,7 +27,7 @@ class ScatterAdd {
   /// Number of batches in a block; the last block may have fewer.
   static constexpr std::size_t batches_of_block = 32;
   /// Largest number of corners that an element may have.
-  static constexpr std::size_t max_corners = 4;
+  static constexpr std::size_t max_corners = 12;
   /// For one corner of a batch, the index of the partial sum of that corner's particle within the block, in
   /// each lane.
   using Slot = std::array<std::uint16_t, pack_width>;

@@ -19,32 +19,37 @@ namespace duet {
 /// infinite if `reach` is not positive.
 double relaxed_omega_squared(double reach);
 
-/// The dashpots of one batch of springs on `N` particles each.
-template <std::size_t N>
+/// The dashpots of one batch of springs on `N` particles each, in groups of `R` that share their particles.
+template <std::size_t N, std::size_t R = 1>
 class Dashpots {
  public:
-  /// Sets slots, weights, viscosities (N s/m) and unit directions of the batch's springs.
+  /// Sets slots, weights, viscosities (N s/m) and unit directions of spring `row` of the batch's groups.
   void set(const std::array<ScatterAdd::Slot, N>& slot, const std::array<double8, N>& weight,
-           const double8& viscosity, const vector8& direction) {
+           const double8& viscosity, const vector8& direction, std::size_t row = 0) {
     slot_ = slot;
     const double8 root = sqrt_of(viscosity);
-    s_ = {to_single(root * direction.x), to_single(root * direction.y), to_single(root * direction.z)};
-    for (std::size_t i = 1; i < N; ++i) weight_[i - 1] = to_single(weight[i]);
+    s_[row] = {to_single(root * direction.x), to_single(root * direction.y), to_single(root * direction.z)};
+    for (std::size_t i = 1; i < N; ++i) weight_[row][i - 1] = to_single(weight[i]);
   }
 
   /// Adds the viscous forces (N) for the velocities `rows` (m/s) to the partial sums of the batch's block,
   /// see ScatterAdd::fill_from().
   void spread_forces(const float4* rows, double4* sums) const {
     const vector8f origin = ScatterAdd::gather(rows, slot_[0]);
-    float8 along{};  // s . sum w_j v_j
+    std::array<float8, R> along{};  // s . sum w_j v_j
     for (std::size_t i = 1; i < N; ++i) {
       const vector8f v = ScatterAdd::gather(rows, slot_[i]) - origin;
-      along += weight_[i - 1] * (s_.x * v.x + s_.y * v.y + s_.z * v.z);
+      for (std::size_t r = 0; r < R; ++r)
+        along[r] += weight_[r][i - 1] * (s_[r].x * v.x + s_[r].y * v.y + s_[r].z * v.z);
     }
     vector8 rest{};
     for (std::size_t i = 1; i < N; ++i) {
-      const float8 share = -weight_[i - 1] * along;
-      const vector8 force{to_double(share * s_.x), to_double(share * s_.y), to_double(share * s_.z)};
+      vector8f sum{};
+      for (std::size_t r = 0; r < R; ++r) {
+        const float8 share = -weight_[r][i - 1] * along[r];
+        sum = {sum.x + share * s_[r].x, sum.y + share * s_[r].y, sum.z + share * s_[r].z};
+      }
+      const vector8 force{to_double(sum.x), to_double(sum.y), to_double(sum.z)};
       ScatterAdd::spread(slot_[i], force, double8{}, sums);
       rest = rest - force;
     }
@@ -53,13 +58,13 @@ class Dashpots {
 
  private:
   std::array<ScatterAdd::Slot, N> slot_;
-  std::array<float8, N - 1> weight_;  // of all particles but the first
-  vector8f s_;                        // sqrt(N s/m), root of the viscosity times the direction
+  std::array<std::array<float8, N - 1>, R> weight_;  // of all particles but the first
+  std::array<vector8f, R> s_;                        // sqrt(N s/m), root of the viscosity times the direction
 };
 
 /// Adds the viscous forces of all batches for the velocities `v` (m/s) to `force` (N).
-template <std::size_t N>
-void add_dashpot_forces(const std::vector<Dashpots<N>>& dashpots, ScatterAdd& sums,
+template <std::size_t N, std::size_t R>
+void add_dashpot_forces(const std::vector<Dashpots<N, R>>& dashpots, ScatterAdd& sums,
                         const std::vector<Vec3>& v, std::vector<Vec3>& force) {
   sums.fill_from<float4>(v, [&](std::size_t b, const float4* rows, double4* block_sums) {
     dashpots[b].spread_forces(rows, block_sums);

@@ -14,7 +14,8 @@ void for_each_other(Forces& forces, Visit&& visit) {
   visit(forces.edge_springs);
   visit(forces.altitude_springs);
   visit(forces.bending_springs);
-  visit(forces.bending_elements);
+  visit(forces.rod_bending);
+  visit(forces.shell_bending);
   visit(forces.zero_length_springs);
 }
 
@@ -35,7 +36,8 @@ void InternalForces::finalize(const std::vector<double>& mass, const std::vector
   edge_springs.finalize(mass.size());
   altitude_springs.finalize(inverse_mass);
   bending_springs.finalize(mass.size());
-  bending_elements.finalize(mass.size());
+  rod_bending.finalize(mass.size());
+  shell_bending.finalize(mass.size());
   zero_length_springs.finalize(mass.size());
 
   inverse_mass_ = inverse_mass;
@@ -81,7 +83,8 @@ void InternalForces::limit_to(const ParticleMask* mask) {
   edge_springs.limit_to(mask);
   altitude_springs.limit_to(mask);
   bending_springs.limit_to(mask);
-  bending_elements.limit_to(mask);
+  rod_bending.limit_to(mask);
+  shell_bending.limit_to(mask);
 }
 
 void InternalForces::rely_on_damping(double cfl, double relaxation) {
@@ -92,7 +95,8 @@ void InternalForces::rely_on_damping(double cfl, double relaxation) {
     undamped_stiffness_.assign(squared_rate_.size(), 0);
     membranes.add_stiffness(undamped_stiffness_);
     bending_springs.add_stiffness(undamped_stiffness_);
-    bending_elements.add_stiffness(undamped_stiffness_);
+    rod_bending.add_stiffness(undamped_stiffness_);
+    shell_bending.add_stiffness(undamped_stiffness_);
     zero_length_springs.add_stiffness(undamped_stiffness_);
     relaxed_omega_squared_ =
         std::max(edge_springs.rely_on_damping(relaxation, squared_rate_, undamped_stiffness_),
@@ -120,7 +124,8 @@ void InternalForces::add_elastic_forces(const std::vector<Vec3>& x, std::vector<
   edge_springs.add_elastic_forces(x, force, geometric_stiffness_);
   altitude_springs.add_elastic_forces(x, force, geometric_stiffness_);
   bending_springs.add_elastic_forces(x, force);
-  bending_elements.add_elastic_forces(x, force);
+  rod_bending.add_elastic_forces(x, force);
+  shell_bending.add_elastic_forces(x, force);
   zero_length_springs.add_elastic_forces(x, force);
   // Stretched membranes scale the bound of bending, too: with K at rest + (stiffening - 1) K of membranes
   // alone, the cloth of hard/cloth with large triangles was thrown apart.
@@ -147,7 +152,8 @@ void InternalForces::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
   edge_springs.add_damping_blocks(blocks);
   altitude_springs.add_damping_blocks(blocks);
   bending_springs.add_damping_blocks(blocks);
-  bending_elements.add_damping_blocks(blocks);
+  rod_bending.add_damping_blocks(blocks);
+  shell_bending.add_damping_blocks(blocks);
 }
 
 void InternalForces::add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force) {

@@ -26,7 +26,8 @@ class InternalForces {
   Springs<2> edge_springs;                ///< stretching of mass-spring volumes, shells and rods
   AltitudeSprings altitude_springs;       ///< keeps the tetrahedra of mass-spring volumes from collapsing
   Springs<2> bending_springs;             ///< bending of shells and rods, by springs between particles
-  Springs<4> bending_elements;            ///< bending of shells and rods, by springs on their curvature
+  Springs<4> rod_bending;                 ///< bending of rods, by springs on their curvature
+  Springs<12, 3> shell_bending;           ///< bending of shells, by springs on their curvature
   ZeroLengthSprings zero_length_springs;  ///< soft bindings of flesh to bones
 
   /// Lays out all forces and computes the bounds at rest. Must be called once after everything has been

@@ -32,149 +32,171 @@ double relaxed_omega_squared(double reach) {
   return reach > 0 ? 4 / (reach * reach) : std::numeric_limits<double>::infinity();
 }
 
-template <std::size_t N>
-void Springs<N>::finalize(std::size_t particle_count) {
-  batches_.resize((springs_.size() + pack_width - 1) / pack_width);
-  for (std::size_t slot = 0; slot < batches_.size() * pack_width; ++slot) {
-    Batch& batch = batches_[slot / pack_width];
-    const std::size_t lane = slot % pack_width;
-    const std::size_t s = ScatterAdd::element_of(slot / pack_width, lane, batches_.size());
-    const bool pads = s >= springs_.size();
-    const Spring<N>& spring = pads ? springs_.back() : springs_[s];
-    for (std::size_t i = 0; i < N; ++i) {
-      batch.particle[i][lane] = spring.particle[i];
-      batch.weight[i][lane] = spring.weight[i];
+template <std::size_t N, std::size_t R>
+void Springs<N, R>::finalize(std::size_t particle_count) {
+  const std::size_t groups = springs_.size() / R;
+  batches_.resize((groups + pack_width - 1) / pack_width);
+  for (std::size_t place = 0; place < batches_.size() * pack_width; ++place) {
+    Batch& batch = batches_[place / pack_width];
+    const std::size_t lane = place % pack_width;
+    const std::size_t group = ScatterAdd::element_of(place / pack_width, lane, batches_.size());
+    const bool pads = group >= groups;
+    const Spring<N>* springs = &springs_[R * (pads ? groups - 1 : group)];
+    for (std::size_t i = 0; i < N; ++i) batch.particle[i][lane] = springs[0].particle[i];
+    for (std::size_t r = 0; r < R; ++r) {
+      Row& row = batch.row[r];
+      for (std::size_t i = 0; i < N; ++i) row.weight[i][lane] = springs[r].weight[i];
+      row.rest_length[lane] = springs[r].rest_length;
+      row.stiffness[lane] = pads ? 0 : springs[r].stiffness;
+      row.viscosity[lane] = pads ? 0 : springs[r].viscosity;
+      row.geometric_stiffness[lane] = 0;
     }
-    batch.rest_length[lane] = spring.rest_length;
-    batch.stiffness[lane] = pads ? 0 : spring.stiffness;
-    batch.viscosity[lane] = pads ? 0 : spring.viscosity;
-    batch.geometric_stiffness[lane] = 0;
   }
   sums_.build(batches_, particle_count);
   dashpots_.resize(batches_.size());
 }
 
-template <std::size_t N>
-vector8 Springs<N>::difference(const Batch& batch, const std::vector<Vec3>& values) {
-  vector8 sum = batch.weight[0] * gather(values, batch.particle[0]);
-  for (std::size_t i = 1; i < N; ++i) sum = sum + batch.weight[i] * gather(values, batch.particle[i]);
+template <std::size_t N, std::size_t R>
+vector8 Springs<N, R>::Row::difference(const std::array<vector8, N>& values) const {
+  vector8 sum = weight[0] * values[0];
+  for (std::size_t i = 1; i < N; ++i) sum = sum + weight[i] * values[i];
   return sum;
 }
 
-template <std::size_t N>
-vector8 Springs<N>::difference(const Batch& batch, const double4* rows) {
-  vector8 sum = batch.weight[0] * ScatterAdd::gather(rows, batch.slot[0]);
-  for (std::size_t i = 1; i < N; ++i) sum = sum + batch.weight[i] * ScatterAdd::gather(rows, batch.slot[i]);
-  return sum;
+template <std::size_t N, std::size_t R>
+std::array<vector8, N> Springs<N, R>::Batch::gather(const double4* rows) const {
+  std::array<vector8, N> values;
+  for (std::size_t i = 0; i < N; ++i) values[i] = ScatterAdd::gather(rows, slot[i]);
+  return values;
 }
 
-// `force_of(b, d)` returns the force along d of the springs of batch b, where d = sum w_i of `values`. It is
-// distributed to the particles by the weights.
-template <std::size_t N>
+template <std::size_t N, std::size_t R>
+void Springs<N, R>::Batch::spread(const std::array<vector8, R>& force, const std::array<double8, N>& fourth,
+                                  double4* sums) const {
+  for (std::size_t i = 0; i < N; ++i) {
+    vector8 sum = row[0].weight[i] * force[0];
+    for (std::size_t r = 1; r < R; ++r) sum = sum + row[r].weight[i] * force[r];
+    ScatterAdd::spread(slot[i], sum, fourth[i], sums);
+  }
+}
+
+// `force_of(row, d)` returns the forces along d of the springs of one row, where d = sum w_i of `values`.
+// They are distributed to the particles by the weights.
+template <std::size_t N, std::size_t R>
 template <class Force>
-void Springs<N>::add_forces(const std::vector<Vec3>& values, std::vector<Vec3>& totals, Force&& force_of) {
+void Springs<N, R>::add_forces(const std::vector<Vec3>& values, std::vector<Vec3>& totals, Force&& force_of) {
   sums_.fill_from(values, [&](std::size_t b, const double4* rows, double4* sums) {
     const Batch& batch = batches_[b];
-    const vector8 force = force_of(b, difference(batch, rows));
-    for (std::size_t i = 0; i < N; ++i)
-      ScatterAdd::spread(batch.slot[i], batch.weight[i] * force, double8{}, sums);
+    const std::array<vector8, N> here = batch.gather(rows);
+    std::array<vector8, R> force;
+    for (std::size_t r = 0; r < R; ++r) force[r] = force_of(batch.row[r], batch.row[r].difference(here));
+    batch.spread(force, {}, sums);
   });
   sums_.add_to(totals);
 }
 
-template <std::size_t N>
-void Springs<N>::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force,
-                                    std::vector<double>& geometric_stiffness) {
+template <std::size_t N, std::size_t R>
+void Springs<N, R>::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force,
+                                       std::vector<double>& geometric_stiffness) {
   sums_.fill_from(x, [&](std::size_t b, const double4* rows, double4* sums) {
     Batch& batch = batches_[b];
-    const vector8 d = difference(batch, rows);
-    const double8 length = sqrt_of(dot(d, d));
-    const double8 shortest = crushed * batch.rest_length;
-    const double8 divisor = select(length > shortest, length, shortest);
-    const mask8 extends = divisor > double8{};
-    const double8 inverse = select(extends, 1.0 / select(extends, divisor, double8{} + 1.0), double8{});
-    batch.direction = inverse * d;
-    const double8 side = batch.stiffness * (1.0 - batch.rest_length * inverse);
-    batch.geometric_stiffness = select(side > double8{}, side, double8{});
-    dashpots_[b].set(batch.slot, batch.weight, batch.viscosity, batch.direction);
-    const vector8 along = (batch.stiffness * (batch.rest_length - length)) * batch.direction;
-    double8 half{};
-    for (const double8& weight : batch.weight) half += 0.5 * abs_of(weight);
-    for (std::size_t i = 0; i < N; ++i)
-      ScatterAdd::spread(batch.slot[i], batch.weight[i] * along,
-                         half * abs_of(batch.weight[i]) * batch.geometric_stiffness, sums);
+    const std::array<vector8, N> here = batch.gather(rows);
+    std::array<vector8, R> along;
+    std::array<double8, N> geometric{};  // parts of the geometric stiffness, N/m
+    for (std::size_t r = 0; r < R; ++r) {
+      Row& row = batch.row[r];
+      const vector8 d = row.difference(here);
+      const double8 length = sqrt_of(dot(d, d));
+      const double8 shortest = crushed * row.rest_length;
+      const double8 divisor = select(length > shortest, length, shortest);
+      const mask8 extends = divisor > double8{};
+      const double8 inverse = select(extends, 1.0 / select(extends, divisor, double8{} + 1.0), double8{});
+      row.direction = inverse * d;
+      const double8 side = row.stiffness * (1.0 - row.rest_length * inverse);
+      row.geometric_stiffness = select(side > double8{}, side, double8{});
+      dashpots_[b].set(batch.slot, row.weight, row.viscosity, row.direction, r);
+      along[r] = (row.stiffness * (row.rest_length - length)) * row.direction;
+      double8 half{};
+      for (const double8& weight : row.weight) half += 0.5 * abs_of(weight);
+      for (std::size_t i = 0; i < N; ++i)
+        geometric[i] += half * abs_of(row.weight[i]) * row.geometric_stiffness;
+    }
+    batch.spread(along, geometric, sums);
   });
   sums_.add_to(force, geometric_stiffness);
 }
 
-template <std::size_t N>
-void Springs<N>::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
-  add_forces(v, force, [&](std::size_t b, const vector8& difference) {
-    const Batch& batch = batches_[b];
-    return (-batch.viscosity * dot(batch.direction, difference)) * batch.direction;
+template <std::size_t N, std::size_t R>
+void Springs<N, R>::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
+  add_forces(v, force, [](const Row& row, const vector8& difference) {
+    return (-row.viscosity * dot(row.direction, difference)) * row.direction;
   });
 }
 
 // The block of a particle is c w^2 u u^T, with the viscosity c, its weight w and the spring's direction u.
-template <std::size_t N>
-void Springs<N>::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
+template <std::size_t N, std::size_t R>
+void Springs<N, R>::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
   add_blocks(sums_, blocks, [&](std::size_t b, double4* sums) {
     const Batch& batch = batches_[b];
     for (std::size_t i = 0; i < N; ++i)
-      spread_square(batch.slot[i], batch.viscosity * batch.weight[i] * batch.weight[i], batch.direction,
-                    sums);
+      for (const Row& row : batch.row)
+        spread_square(batch.slot[i], row.viscosity * row.weight[i] * row.weight[i], row.direction, sums);
   });
 }
 
-template <std::size_t N>
-void Springs<N>::add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force) {
-  add_forces(dx, force, [&](std::size_t b, const vector8& d) {
-    const Batch& batch = batches_[b];
-    const double8 along = (batch.geometric_stiffness - batch.stiffness) * dot(batch.direction, d);
-    return along * batch.direction - batch.geometric_stiffness * d;
+template <std::size_t N, std::size_t R>
+void Springs<N, R>::add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force) {
+  add_forces(dx, force, [](const Row& row, const vector8& d) {
+    const double8 along = (row.geometric_stiffness - row.stiffness) * dot(row.direction, d);
+    return along * row.direction - row.geometric_stiffness * d;
   });
 }
 
-template <std::size_t N>
-double Springs<N>::energy(const std::vector<Vec3>& x) const {
+template <std::size_t N, std::size_t R>
+double Springs<N, R>::energy(const std::vector<Vec3>& x) const {
   return parallel_reduce(
       batches_.size(), ScatterAdd::batches_of_block, 0.0,
       [&](std::size_t begin, std::size_t end) {
         double sum = 0;
         for (std::size_t b = begin; b < end; ++b) {
-          const Batch& batch = batches_[b];
-          const vector8 d = difference(batch, x);
-          const double8 stretch = sqrt_of(dot(d, d)) - batch.rest_length;
-          sum += sum_of_lanes(0.5 * batch.stiffness * stretch * stretch);
+          std::array<vector8, N> here;
+          for (std::size_t i = 0; i < N; ++i) here[i] = gather(x, batches_[b].particle[i]);
+          for (const Row& row : batches_[b].row) {
+            const vector8 d = row.difference(here);
+            const double8 stretch = sqrt_of(dot(d, d)) - row.rest_length;
+            sum += sum_of_lanes(0.5 * row.stiffness * stretch * stretch);
+          }
         }
         return sum;
       },
       [](double a, double b) { return a + b; });
 }
 
-template <std::size_t N>
-void Springs<N>::add_stiffness(std::vector<double>& stiffness) const {
+template <std::size_t N, std::size_t R>
+void Springs<N, R>::add_stiffness(std::vector<double>& stiffness) const {
   for (const Spring<N>& spring : springs_) add_stiffness_of(spring, stiffness);
 }
 
-template <std::size_t N>
-double Springs<N>::omega_squared(const Spring<N>& spring, const std::vector<double>& squared_rate) const {
+template <std::size_t N, std::size_t R>
+double Springs<N, R>::omega_squared(const Spring<N>& spring, const std::vector<double>& squared_rate) const {
+  const double half = half_of_weights(spring);
+  if (half == 0) return 0;
   double sum = 0;
   for (std::size_t i = 0; i < N; ++i)
     sum += std::abs(spring.weight[i]) * squared_rate[as_index(spring.particle[i])];
-  return sum / half_of_weights(spring);
+  return sum / half;
 }
 
-template <std::size_t N>
-double Springs<N>::max_omega_squared(const std::vector<double>& squared_rate) const {
+template <std::size_t N, std::size_t R>
+double Springs<N, R>::max_omega_squared(const std::vector<double>& squared_rate) const {
   double highest = 0;
   for (const Spring<N>& spring : springs_) highest = std::max(highest, omega_squared(spring, squared_rate));
   return highest;
 }
 
-template <std::size_t N>
-double Springs<N>::rely_on_damping(double relaxation, const std::vector<double>& squared_rate,
-                                   std::vector<double>& undamped_stiffness) const {
+template <std::size_t N, std::size_t R>
+double Springs<N, R>::rely_on_damping(double relaxation, const std::vector<double>& squared_rate,
+                                      std::vector<double>& undamped_stiffness) const {
   double highest = 0;
   for (const Spring<N>& spring : springs_) {
     const double relaxed = relaxed_omega_squared(relaxation * spring.viscosity / spring.stiffness);
@@ -196,6 +218,7 @@ double critical_viscosity(double fraction, double k, const std::array<double, N>
 
 template class Springs<2>;
 template class Springs<4>;
+template class Springs<12, 3>;
 template double critical_viscosity(double, double, const std::array<double, 2>&,
                                    const std::array<double, 2>&);
 template double critical_viscosity(double, double, const std::array<double, 4>&,

@@ -5,7 +5,8 @@
 //
 // The weights (1, -1) make the ordinary spring on an edge. The weights of a discrete Laplacian, with the
 // curvature at rest as L, make a bending element. Every force acts along d, so angular momentum is kept
-// exactly.
+// exactly. Springs that share all of their particles, as those on the components of a curvature do, form a
+// group: their particles are read and written once.
 #pragma once
 
 #include <array>
@@ -28,18 +29,24 @@ struct Spring {
   double viscosity = 0;          ///< c, N s/m for weights without unit
 };
 
-/// Springs on `N` particles each (2 or 4), and bounds on their frequencies.
-template <std::size_t N>
+/// Springs on `N` particles each, in groups of `R` that share their particles, and bounds on their
+/// frequencies.
+template <std::size_t N, std::size_t R = 1>
 class Springs {
  public:
-  /// Adds a spring.
-  void add(const Spring<N>& spring) { springs_.push_back(spring); }
+  /// Adds a spring that is a group of its own.
+  void add(const Spring<N>& spring) requires(R == 1) { springs_.push_back(spring); }
+  /// Adds a group. All springs must have the particles of the first one; a spring without effect has the
+  /// stiffness 0.
+  void add(const std::array<Spring<N>, R>& group) {
+    springs_.insert(springs_.end(), group.begin(), group.end());
+  }
   /// Lays out the batches. Must be called once after the last add().
   void finalize(std::size_t particle_count);
 
   /// Returns the number of springs.
   std::size_t size() const { return springs_.size(); }
-  /// Returns the springs in the order in which they were added.
+  /// Returns the springs in the order in which they were added, group by group.
   const std::vector<Spring<N>>& all() const { return springs_; }
   /// Restricts the sums below to the particles of `mask` until the next call; null removes the restriction
   /// (ScatterAdd::limit_to()).
@@ -98,29 +105,40 @@ class Springs {
   // Returns the omega^2 bound of a spring, rad^2/s^2.
   double omega_squared(const Spring<N>& spring, const std::vector<double>& squared_rate) const;
 
-  // Eight springs.
-  struct Batch {
-    std::array<PackIndex, N> particle;
-    std::array<ScatterAdd::Slot, N> slot;
+  // One spring of each of eight groups.
+  struct Row {
     std::array<double8, N> weight;
     double8 rest_length, stiffness, viscosity;  // the last two are zero in the lanes that pad the last batch
     vector8 direction;                          // u of the last add_elastic_forces()
     double8 geometric_stiffness;  // N/m, geometric stiffness k (1 - L / |d|) then, or 0 if that is negative
+
+    // Returns sum w_i of `values`, those of the particles.
+    vector8 difference(const std::array<vector8, N>& values) const;
   };
-  // Return sum w_i of the values of all particles, or of the rows of a block.
-  static vector8 difference(const Batch& batch, const std::vector<Vec3>& values);
-  static vector8 difference(const Batch& batch, const double4* rows);
+  // Eight groups.
+  struct Batch {
+    std::array<PackIndex, N> particle;
+    std::array<ScatterAdd::Slot, N> slot;
+    std::array<Row, R> row;
+
+    // Returns the values at the particles, from the rows of a block.
+    std::array<vector8, N> gather(const double4* rows) const;
+    // Distributes forces along d, one for each row, to the particles, and the numbers `fourth` with them.
+    void spread(const std::array<vector8, R>& force, const std::array<double8, N>& fourth,
+                double4* sums) const;
+  };
   template <class Force>
   void add_forces(const std::vector<Vec3>& values, std::vector<Vec3>& totals, Force&& force_of);
 
   std::vector<Spring<N>> springs_;
   std::vector<Batch> batches_;
-  std::vector<Dashpots<N>> dashpots_;  // by batch
+  std::vector<Dashpots<N, R>> dashpots_;  // by batch
   ScatterAdd sums_;
 };
 
 extern template class Springs<2>;
 extern template class Springs<4>;
+extern template class Springs<12, 3>;
 
 /// Returns the viscosity (N s/m) at which a spring of stiffness `k` (N/m) is damped `fraction` times
 /// critically.

@@ -45,22 +45,4 @@ Spring<4> rod_bending(int before, int node, int after, const std::vector<Vec3>& 
                           1);
 }
 
-Spring<4> shell_bending(const SheetEdge& edge, const std::vector<Vec3>& rest, double rigidity,
-                        double damping) {
-  const std::array<int, 4> particle{edge.a, edge.b, edge.opposite, edge.other_opposite};
-  const Vec3 &a = at(rest, edge.a), &b = at(rest, edge.b);
-  std::array<double, 2> cotangent_a, cotangent_b;  // of the angles at a and b in both triangles
-  double area = 0;
-  for (std::size_t side = 0; side < 2; ++side) {
-    const Vec3& c = at(rest, particle[2 + side]);
-    const double doubled = (b - a).cross(c - a).norm();
-    cotangent_a[side] = (b - a).dot(c - a) / doubled;
-    cotangent_b[side] = (a - b).dot(c - b) / doubled;
-    area += doubled / 2;
-  }
-  const std::array<double, 4> weight{cotangent_b[0] + cotangent_b[1], cotangent_a[0] + cotangent_a[1],
-                                     -cotangent_a[0] - cotangent_b[0], -cotangent_a[1] - cotangent_b[1]};
-  return curvature_spring(particle, weight, rest, rigidity / area, damping, (b - a).norm());
-}
-
 }  // namespace duet

@@ -1,11 +1,10 @@
-// Makes the springs of shells, rods and mass-spring volumes from their rest shapes and moduli.
+// Makes the springs of edges and the bending elements of rods from their rest shapes and moduli.
 #pragma once
 
 #include <array>
 #include <vector>
 
 #include "sim/deformable/forces/springs.h"
-#include "sim/geometry/mesh/sheets.h"
 
 namespace duet {
 
@@ -30,18 +29,5 @@ Spring<2> rod_element(int a, int b, const std::vector<Vec3>& rest, double modulu
 /// The viscosity is `damping` (s) times the stiffness.
 Spring<4> rod_bending(int before, int node, int after, const std::vector<Vec3>& rest, double rigidity,
                       double damping);
-
-/// Returns the resistance to bending of a shell across an inner edge (global particle indices), with the
-/// flexural rigidity D = E h^3 / (12 (1 - nu^2)) = `rigidity` (N m).
-///
-///     psi = D / (2 A) (|K| - |K_0|)^2,   K = sum w_i x_i
-///
-/// The weights w_i are cotangents of the angles at rest, A is the area of both triangles and K_0 is K at
-/// rest. K is the discrete mean curvature of Bergou, Wardetzky, Harmon, Zorin, Grinspun (2006). If a sheet is
-/// rolled up without stretching, the fractions of its curvature that its edges see have squares that add up
-/// to 3 times the square of the whole, along any direction of equilateral triangles; their stiffness is
-/// divided by that. The viscosity is `damping` (s) times the stiffness.
-Spring<4> shell_bending(const SheetEdge& edge, const std::vector<Vec3>& rest, double rigidity,
-                        double damping);
 
 }  // namespace duet

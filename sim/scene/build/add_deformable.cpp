@@ -7,6 +7,7 @@
 #include <numeric>
 #include <set>
 
+#include "sim/deformable/forces/shell_bending.h"
 #include "sim/deformable/self_contact/thin_bodies.h"
 #include "sim/scene/build/attachments.h"
 #include "sim/scene/deformables.h"
@@ -131,14 +132,15 @@ void add_shell_forces(const std::vector<Triangle>& triangles, const std::vector<
   if (!plan[index(Effect::bending)]) return;
   const double nu = material.poisson_ratio, cubed = thickness * thickness * thickness;
   const double rigidity = material.bending_factor * material.youngs_modulus * cubed / (12 * (1 - nu * nu));
-  for (const SheetEdge& edge : edges) {
-    if (edge.other_opposite < 0) continue;
-    if (material.has_bending_springs)
-      bodies.forces.bending_springs.add(edge_spring(edge.opposite, edge.other_opposite, x,
-                                                    material.bending_springs.stiffness,
-                                                    material.bending_springs.damping, inverse_mass));
-    else if (rigidity > 0)
-      bodies.forces.bending_elements.add(shell_bending(edge, x, rigidity, material.damping));
+  if (material.has_bending_springs) {
+    for (const SheetEdge& edge : edges)
+      if (edge.other_opposite >= 0)
+        bodies.forces.bending_springs.add(edge_spring(edge.opposite, edge.other_opposite, x,
+                                                      material.bending_springs.stiffness,
+                                                      material.bending_springs.damping, inverse_mass));
+  } else if (rigidity > 0) {
+    for (const ShellBending& element : shell_bending(triangles, edges, x, rigidity, nu, material.damping))
+      bodies.forces.shell_bending.add(element);
   }
 }
 
@@ -165,7 +167,7 @@ void add_rod_forces(int segments, bool is_closed, Node&& node, const Material& m
                                                     material.bending_springs.stiffness,
                                                     material.bending_springs.damping, inverse_mass));
     else if (rigidity > 0)
-      bodies.forces.bending_elements.add(
+      bodies.forces.rod_bending.add(
           rod_bending(node(i - 1), node(i), node(i + 1), x, rigidity, material.damping));
   }
 }

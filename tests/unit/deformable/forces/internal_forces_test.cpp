@@ -10,6 +10,7 @@
 #include "tests/support/meshes.h"
 #include <gtest/gtest.h>
 
+#include "sim/deformable/forces/shell_bending.h"
 #include "sim/deformable/self_contact/thin_bodies.h"
 
 namespace duet::internal_forces_test {
@@ -98,14 +99,14 @@ std::vector<Specimen> specimens() {
   for (const auto& x : {sheet.nodes, arched})
     all.emplace_back(x == arched ? "bending of a curved shell" : "bending of a flat shell", x,
                      [&](Specimen& s) {
-                       for (const SheetEdge& e : edges(sheet))
-                         if (e.other_opposite >= 0)
-                           s.forces.bending_elements.add(shell_bending(e, s.rest, 2, 0.02));
+                       for (const ShellBending& element :
+                            shell_bending(sheet.triangles, edges(sheet), s.rest, 2, 0.3, 0.02))
+                         s.forces.shell_bending.add(element);
                      });
   all.emplace_back("rod", spiral.nodes, [&](Specimen& s) {
     for (int i = 0; i + 1 < static_cast<int>(s.rest.size()); ++i) {
       s.forces.edge_springs.add(rod_element(i, i + 1, s.rest, 500, 0.02));
-      if (i > 0) s.forces.bending_elements.add(rod_bending(i - 1, i, i + 1, s.rest, 1, 0.02));
+      if (i > 0) s.forces.rod_bending.add(rod_bending(i - 1, i, i + 1, s.rest, 1, 0.02));
     }
   });
   return all;
@@ -259,13 +260,15 @@ TEST(InternalForces, DampingBlocksAreThoseOfTheOperator) {
   }
 }
 
-// Under tension nothing has to be projected, and the differentials are the derivative of the forces.
+// Under tension nothing has to be projected, and the differentials are the derivative of the forces. The
+// random displacements are small against the bends of the curved shell, so that none of its springs is
+// compressed.
 TEST(InternalForces, DifferentialsAreTheDerivativeUnderTension) {
   for (Specimen& s : specimens()) {
     // Differentials of altitude springs leave out the rotation of the altitude.
     if (s.forces.altitude_springs.size() > 0) continue;
     SCOPED_TRACE(s.name);
-    std::vector<Vec3> x = s.moved(4, 0.01);
+    std::vector<Vec3> x = s.moved(4, 0.002);
     for (Vec3& place : x) place *= 1.5;
     const std::vector<Vec3> dx = s.field(6, 1);
     const double h = 1e-6;
@@ -386,9 +389,10 @@ TEST(InternalForces, CompressedMembranesDoNotLowerOtherBounds) {
 
 // Returns the bending energy of a sheet of the given rigidity (N m) whose nodes are moved by `place`, J.
 double bending_energy(const Sheet& sheet, double rigidity, const std::function<Vec3(const Vec3&)>& place) {
-  Springs<4> bending;
-  for (const SheetEdge& e : edges(sheet))
-    if (e.other_opposite >= 0) bending.add(shell_bending(e, sheet.nodes, rigidity, 0));
+  Springs<12, 3> bending;
+  for (const ShellBending& element :
+       shell_bending(sheet.triangles, edges(sheet), sheet.nodes, rigidity, 0.3, 0))
+    bending.add(element);
   bending.finalize(sheet.nodes.size());
   std::vector<Vec3> x;
   for (const Vec3& node : sheet.nodes) x.push_back(place(node));
@@ -411,10 +415,9 @@ Sheet hexagon(double radius, int rings) {
   return sheet;
 }
 
-// A sheet rolled to the radius R without stretching stores D / (2 R^2) per area (plate theory). Equilateral
-// triangles give this in every direction, and a panel along its cells. Edges of the border have no second
-// side and carry no bending, which costs 2 % at this resolution; their fraction falls with the number of
-// cells. Across its cells a panel is up to 1.5 times as stiff.
+// A sheet rolled to the radius R without stretching stores D / (2 R^2) per area (plate theory), in every
+// direction. Triangles on the border, whose outer edge carries no bending, store up to 1 - nu^2 of it less.
+// That costs 3 % at this resolution, and a fraction that falls with the number of cells.
 TEST(InternalForces, RolledSheetsStoreTheEnergyOfPlateTheory) {
   const double radius = 2, rigidity = 3, per_area = rigidity / (2 * radius * radius);
   const auto stiffness = [&](const Sheet& sheet, double area, double degrees) {
@@ -429,10 +432,10 @@ TEST(InternalForces, RolledSheetsStoreTheEnergyOfPlateTheory) {
   };
   for (const double degrees : {0.0, 20.0, 45.0}) {
     SCOPED_TRACE(degrees);
-    EXPECT_NEAR(stiffness(hexagon(1, 40), 1.5 * std::sqrt(3.0), degrees), 1, 0.02);
-    EXPECT_LT(stiffness(panel(Vec2(2, 1), 80, 40), 2, degrees), 1.5);
+    EXPECT_NEAR(stiffness(hexagon(1, 40), 1.5 * std::sqrt(3.0), degrees), 1, 0.03);
+    EXPECT_NEAR(stiffness(panel(Vec2(2, 1), 80, 40), 2, degrees), 1, 0.03);
+    EXPECT_NEAR(stiffness(panel(Vec2(2, 1), 160, 30), 2, degrees), 1, 0.03);
   }
-  EXPECT_NEAR(stiffness(panel(Vec2(2, 1), 80, 40), 2, 0), 1, 0.02);
 }
 
 // A rod bent to the radius R stores EI / (2 R^2) per length (beam theory). Half a piece at each end carries
