@@ -12,6 +12,7 @@
 
 #include "sim/base/error.h"
 #include "sim/base/index.h"
+#include "sim/contact/detection/ring_contacts.h"
 #include "sim/contact/detection/shape_support_point.h"
 
 namespace duet {
@@ -141,7 +142,11 @@ void check_rigid_guest(const RigidProperties& guest, const CachedContact& contac
     case FeatureId::Kind::point_on_plane:
       return check_index(feature.index, guest.samples.size(), "sample", number);
     case FeatureId::Kind::edge:
-      return check_index(feature.index, guest.feature_edges.nodes.size(), "node", number);
+      return check_index(feature.index,
+                         is_swept_by_ball(guest.shape)
+                             ? std::max(guest.feature_edges.nodes.size(), std::size_t{ring_numbers})
+                             : guest.feature_edges.nodes.size(),
+                         "node", number);
     default:
       refuse("contact {} has no place on a rigid body", number);
   }

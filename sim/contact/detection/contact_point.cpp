@@ -8,6 +8,7 @@
 #include "sim/contact/detection/facing.h"
 #include "sim/contact/detection/friction_fade.h"
 #include "sim/contact/detection/internal_edges.h"
+#include "sim/contact/detection/ring_contacts.h"
 #include "sim/contact/detection/shape_support_point.h"
 
 namespace duet {
@@ -91,9 +92,29 @@ Touch touch_of_side(const EdgePoint& lowest, const LevelSet& host, const Pose& h
           normal.dot(x - host_pose.to_world(lowest.foot)) - length * lowest.radius};
 }
 
+// Returns the touch of an arc of a guest's ring, at the place that is nearest to the host with these poses.
+Touch touch_of_arc(const EdgePoint& arc, const LevelSet& host, const Pose& host_pose,
+                   const Pose& guest_pose) {
+  const RingPlace nearest = place_on_arc(arc_of(arc), in_space_of(host_pose, guest_pose), host);
+  return {host_pose.to_world(nearest.center - arc.radius * nearest.normal),
+          host_pose.orientation * nearest.normal, nearest.distance - arc.radius};
+}
+
+// Returns the touch of a ball with an arc of a host's ring. The ball is the guest, so that the arm on which
+// an impulse acts leads to its center.
+Touch touch_of_ball_on_arc(const EdgePoint& arc, const Pose& host_pose, const LevelSet& ball,
+                           const Pose& ball_pose) {
+  const RingPlace nearest = place_on_arc(arc_of(arc), in_space_of(ball_pose, host_pose), ball);
+  const Vec3 normal = ball_pose.orientation * -nearest.normal;
+  return {ball_pose.position - ball.radius * normal, normal, nearest.distance - arc.radius};
+}
+
 // Returns the touch of an edge contact of a rigid guest.
 Touch touch_at_edge(const EdgePoint& lowest, const LevelSet& host, const Pose& host_pose,
                     const LevelSet& guest, const Pose& guest_pose) {
+  if (touch_along_ring(guest, host))
+    return guest.kind == LevelSet::Kind::sphere ? touch_of_ball_on_arc(lowest, host_pose, guest, guest_pose)
+                                                : touch_of_arc(lowest, host, host_pose, guest_pose);
   if (!(lowest.radius > 0 && has_round_side(guest))) return touch_at(lowest, host_pose, guest_pose);
   if (has_round_side(host) && std::abs(lowest.normal.y()) < side_slope)
     return touch_of_sides(lowest, host, host_pose, guest_pose);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "sim/contact/detection/ring_contacts.h"
+
 namespace duet {
 namespace {
 
@@ -379,12 +381,19 @@ bool can_touch_with_feature_edges(const LevelSet& guest, const LevelSet& host, b
   if (host.kind == LevelSet::Kind::half_space)
     return false;  // touched at the ends of lines, or all along them
   if (!is_swept_by_ball(host)) return true;
+  if (touch_along_ring(guest, host)) return is_guest_of_ring(guest, host, is_reversed);
   return host.kind != LevelSet::Kind::sphere && is_swept_by_ball(guest) && !is_reversed;
 }
 
 void find_edge_contacts(const FeatureEdges& feature_edges, const Pose& pose, const LevelSet& host,
                         const Eigen::AlignedBox3d& near, double margin, std::vector<EdgeContact>& found,
                         bool with_edges_on_faces) {
+  const bool is_ring = !feature_edges.lines.empty() && feature_edges.lines.front().radius > 0 &&
+                       feature_edges.lines.front().around > 0;
+  if (is_ring && is_swept_by_ball(host)) {
+    find_ring_contacts(feature_edges, pose, host, margin, found);
+    return;
+  }
   for (const FeatureEdges::Line& line : feature_edges.lines)
     Walk(feature_edges, line, pose, host, near, margin, with_edges_on_faces || line.radius > 0, found).find();
 }

@@ -22,7 +22,8 @@ struct EdgePoint {
   /// point of the host that touches.
   Vec3 foot = Vec3::Zero();
   double radius = 0;  ///< m: of the ball about `place` whose surface touches; 0 on edges.
-  /// Barycentric weights (1) of the particles of a deformable guest's edge (the first two) or face.
+  /// Barycentric weights (1) of the particles of a deformable guest's edge (the first two) or face. A ring
+  /// contact has the ends and the slack of its arc here, see arc_of() in ring_contacts.h.
   std::array<double, 3> weight{};
   std::ptrdiff_t face = -1;  ///< Index of a deformable guest's face in Bodies::triangles; -1: none.
 };
@@ -67,8 +68,10 @@ bool can_touch_with_feature_edges(const LevelSet& guest, const LevelSet& host, b
 /// or a round side, the ends of the part above it are found instead, except for the axis's own ends, which
 /// are support points. For an edge or a ring, the places are found where it passes the end of a face that it
 /// lies along. For edges that happens only `with_edges_on_faces`: edges of the other body that are searched
-/// as well show the same places where they cross. `pose` is that of the guest in the host's body space, and
-/// everything outside of the box `near` (m, host's body space) is farther from the host than the margin.
+/// as well show the same places where they cross. On a ball, capsule or torus as host, the center line of a
+/// torus has ring contacts instead, see find_ring_contacts(). `pose` is that of the guest in the host's body
+/// space, and everything outside of the box `near` (m, host's body space) is farther from the host than the
+/// margin.
 void find_edge_contacts(const FeatureEdges& feature_edges, const Pose& pose, const LevelSet& host,
                         const Eigen::AlignedBox3d& near, double margin, std::vector<EdgeContact>& found,
                         bool with_edges_on_faces = true);

@@ -8,6 +8,7 @@
 #include "sim/base/parallel.h"
 #include "sim/contact/detection/contact_plane.h"
 #include "sim/contact/detection/internal_edges.h"
+#include "sim/contact/detection/ring_contacts.h"
 
 namespace duet {
 namespace {
@@ -43,7 +44,7 @@ class Path {
   // on the guest with the nearest surface of the host.
   Touch at(double s) const {
     const Pose host = pose(contact_.host, s), guest = pose(contact_.guest_rigid, s);
-    if (!contact_.is_on_edge())
+    if (!contact_.is_on_edge() || is_ring_contact(bodies_, contact_))
       return touch(bodies_, contact_.host, host, contact_.guest_rigid, guest, contact_.feature,
                    contact_.edge);
     const LevelSet& shape = bodies_.rigid.properties[as_index(contact_.host)].shape;
@@ -131,7 +132,9 @@ Meeting first_meeting(const Path& path, double length, double depth, double min_
 }
 
 // Returns whether the contact has a plane that stays where it was found on the host.
-bool keeps_plane(const LevelSet& guest, const ContactPoint& contact) {
+bool keeps_plane(const Bodies& bodies, const ContactPoint& contact) {
+  if (is_ring_contact(bodies, contact)) return false;
+  const LevelSet& guest = bodies.rigid.properties[as_index(contact.guest_rigid)].shape;
   const bool is_round = guest.kind == LevelSet::Kind::capsule || guest.kind == LevelSet::Kind::cylinder;
   return contact.is_on_edge() && !(is_round && contact.edge.radius > 0);
 }
@@ -302,7 +305,7 @@ void look_ahead(const Bodies& bodies, const Path& path, double dt, double fall, 
   }
   const double same = is_apart && are_free ? same_plane_normal : same_face;
   if (!are_balls && meeting.touch.normal.dot(contact.normal) > same) return;
-  if (keeps_plane(bodies.rigid.properties[as_index(contact.guest_rigid)].shape, contact)) {
+  if (keeps_plane(bodies, contact)) {
     const bool keeps = meeting.time < 1 || is_round_at(bodies, path, meeting, contact);
     if (keeps && path.gap_to_plane(meeting.time) > -plane_tolerance * depth) return;
     if (meets_from_outside(bodies, path, meeting, contact) || slides_over_end(bodies, contact))

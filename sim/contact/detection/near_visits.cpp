@@ -33,13 +33,21 @@ void find_feature_edges(const Bodies& bodies, const BodyPair& pair, bool is_reve
   const RigidBodies& rigid = bodies.rigid;
   const auto h = as_index(pair.host);
   const RigidProperties& guest = rigid.properties[as_index(pair.guest_rigid)];
-  if (guest.feature_edges.lines.empty() ||
-      !can_touch_with_feature_edges(guest.shape, rigid.properties[h].shape, is_reversed))
+  const RigidProperties& body = rigid.properties[h];
+  const bool is_ball_on_ring =
+      guest.shape.kind == LevelSet::Kind::sphere && touch_along_ring(guest.shape, body.shape);
+  if ((guest.feature_edges.lines.empty() && !is_ball_on_ring) ||
+      !can_touch_with_feature_edges(guest.shape, body.shape, is_reversed))
     return;
-  const PosedHost host(rigid.state[h], rigid.properties[h], margin);
+  const Pose in_host = in_host_of(rigid, pair);
+  if (is_ball_on_ring && !is_in_middle(in_host.position, body.shape)) return;
+  const PosedHost host(rigid.state[h], body, margin);
   const auto first = static_cast<std::ptrdiff_t>(found.size());
-  find_edge_contacts(guest.feature_edges, in_host_of(rigid, pair), host.shape, host.box(), margin, found,
-                     !is_reversed || rigid.properties[h].feature_edges.lines.empty());
+  if (is_ball_on_ring)
+    find_ring_contacts_of_ball(body.feature_edges, in_host, guest.shape, margin, found);
+  else
+    find_edge_contacts(guest.feature_edges, in_host, host.shape, host.box(), margin, found,
+                       !is_reversed || body.feature_edges.lines.empty());
   const auto counts = [&](const EdgeContact& near) {
     return !is_told_by_axis(near, host.shape, guest.shape, is_reversed) &&
            !is_at_internal_edge(bodies, pair.host, rigid.state[h].pose.to_world(near.edge.foot),

@@ -9,6 +9,7 @@
 #include "sim/contact/detection/contact_point.h"
 #include "sim/contact/detection/facing.h"
 #include "sim/contact/detection/internal_edges.h"
+#include "sim/contact/detection/ring_contacts.h"
 #include "sim/contact/detection/shape_support_point.h"
 #include "sim/contact/detection/support_face_contacts.h"
 
@@ -83,7 +84,9 @@ void visit_near(const RigidBodies& rigid, const BodyPair& pair, double margin, V
   const RigidProperties& guest = rigid.properties[as_index(pair.guest_rigid)];
   const Vec3 offset = host.to_body * (pose.position - host.center);
   const Pose in_host = in_host_of(rigid, pair);
-  const int support_points = is_told_by_ball(host.shape, guest.shape) ? 0 : support_point_count(guest.shape);
+  const bool are_left_out =
+      is_told_by_ball(host.shape, guest.shape) || is_told_by_ring(guest.shape, in_host, host.shape);
+  const int support_points = are_left_out ? 0 : support_point_count(guest.shape);
   for (int k = 0; k < support_points; ++k) {
     const ShapeSupportPoint deepest = support_point(guest.shape, k, in_host, host.shape);
     const double gap = host.shape.distance(deepest.position);

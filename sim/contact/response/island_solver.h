@@ -102,7 +102,8 @@ class IslandSolver {
   std::vector<int> place_;  // for each rigid body: index into bodies_; -1: not in the island
   std::vector<Body> bodies_;
   std::vector<Row> rows_;
-  Twists twists_,  // change of the velocities since the start of the round
+  bool has_rings_ = false;  // whether ring contacts are among the rows, see ring_contacts.h
+  Twists twists_,           // change of the velocities since the start of the round
       trial_, gradient_, step_;
   std::vector<double> matrix_;  // column-major, symmetric: only the lower triangle is used
 };

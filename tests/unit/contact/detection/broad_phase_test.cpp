@@ -14,6 +14,7 @@
 #include "sim/base/parallel.h"
 #include "sim/contact/detection/contact_candidates.h"
 #include "sim/contact/detection/max_penetration.h"
+#include "sim/contact/detection/ring_contacts.h"
 #include "sim/contact/detection/shape_support_point.h"
 #include "sim/step/world.h"
 
@@ -299,7 +300,7 @@ using PointName = std::tuple<int, int, FeatureId>;  // host, rigid guest, point
 // Returns the points that would lie inside of a body at the end of the step if nothing pushed them. Contact
 // has to start from all of these, except points on the far side of a body that goes in as a whole, points
 // beside an edge (their gap is infinite), samples that the support points of a round host or guest stand for,
-// and support points that a ball stands for.
+// and support points that a ball or ring contacts stand for.
 std::set<PointName> points_inside_after(const Bodies& bodies, double dt) {
   const std::vector<RigidState>& state = bodies.rigid.state;
   std::vector<Pose> later;
@@ -313,7 +314,8 @@ std::set<PointName> points_inside_after(const Bodies& bodies, double dt) {
       if (g == h || (!host.is_dynamic() && !guest.is_dynamic())) continue;
       const int samples = static_cast<int>(guest.samples.size());
       for (int i = -support_point_count(guest.shape); i < samples; ++i) {
-        if (i < 0 && is_told_by_ball(host.shape, guest.shape)) continue;
+        if (i < 0 && (is_told_by_ball(host.shape, guest.shape) || touch_along_ring(host.shape, guest.shape)))
+          continue;
         if (i >= 0 && (ignores_samples(host.shape, guest.shape) ||
                        (rolls_over_samples(host.shape) && guest.on_flat[static_cast<std::size_t>(i)] != 0)))
           continue;
