@@ -127,6 +127,23 @@ TEST(EverydaySoftPinned, HeldPartsDoNotTouchWhatNoForceMoves) {
   EXPECT_EQ(simulation.stats().contacts, 0);
 }
 
+// A cloth that is pinned inside of a pole is torn out of it beside the pin, so the note on the overlap names
+// the pin. Without one, or with one beside the pole, it does not.
+TEST(EverydaySoftPinned, NotesOnOverlapsNamePinsInside) {
+  for (const double pinned_at : {-0.5, 0.5}) {
+    scene::Scene scene = test::free_space();
+    test::add_material(scene, "cloth").youngs_modulus = 1e4;
+    test::add_panel(scene, "flag", Vec3::Zero(), Vec2(1, 1), 8, 0.01).pins = {
+        {.from = Vec3(pinned_at, 0, 0), .to = {}, .radius = 1e-3, .body = {}}};
+    scene::RigidBody& pole = test::add_box(scene, "pole", Vec3(-0.5, 0, 0), Vec3(0.1, 2, 0.1), 1);
+    pole.is_static = true;
+    pole.mass.reset();
+    Simulation simulation(scene, test::plan(scene));
+    ASSERT_EQ(simulation.initial_overlaps().size(), 1U);
+    EXPECT_EQ(simulation.initial_overlaps().front().is_pinned_inside, pinned_at < 0);
+  }
+}
+
 // Impulses on pinned particles come from outside, and the ledger must book them as such: no stage has a
 // defect.
 TEST(EverydaySoftPinned, TheLedgerCountsWhatTheyGive) {

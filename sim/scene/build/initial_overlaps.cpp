@@ -129,6 +129,7 @@ class Finder {
       InitialOverlap& overlap = parting.overlaps[i];
       overlap.first_moves = shift_[as_index(first[i].a)];
       overlap.second_moves = shift_[as_index(first[i].b)];
+      overlap.is_pinned_inside = is_pinned_inside(first[i].a, first[i].b);
       for (const Overlap& left : overlaps)
         if (left.a == first[i].a && left.b == first[i].b) overlap.left = depth(left);
     }
@@ -166,6 +167,20 @@ class Finder {
       free = free || bodies_.particles.mass[p] == 0 || !is_held(bodies_.particles, p);
     });
     return free;
+  }
+
+  // Returns whether body a is rigid, and body b has particles inside of it that pins hold.
+  bool is_pinned_inside(int a, int b) const {
+    if (!is_rigid(a) || is_rigid(b)) return false;
+    const Particles& particles = bodies_.particles;
+    const LevelSet& shape = bodies_.rigid.properties[as_index(a)].shape;
+    const Pose& pose = bodies_.rigid.state[as_index(a)].pose;
+    bool is_inside = false;
+    for_each_particle(bodies_.deformable[as_index(deformable(b))], [&](std::size_t p) {
+      const bool is_pinned = is_held(particles, p) && particles.mass[p] > 0;
+      is_inside = is_inside || (is_pinned && shape.distance(pose.to_body(particles.x[p])) < 0);
+    });
+    return is_inside;
   }
 
   // Returns whether contact or self-collision keeps the two bodies apart. Requires a < b.
@@ -423,6 +438,12 @@ std::string describe_separation(const InitialOverlap& overlap) {
   if (overlap.left > 0)
     text += fmt::format("; moving whole bodies leaves {:.3g} m of it, which contact opens step by step",
                         overlap.left);
+  if (overlap.left > 0 && overlap.is_pinned_inside)
+    text += fmt::format(
+        "; pins inside of `{}` hold `{}` there, and the particles next to them are pulled out as far as "
+        "contact "
+        "needs: pin it at the surface",
+        overlap.first, overlap.second);
   return text;
 }
 

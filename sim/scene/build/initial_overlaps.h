@@ -22,6 +22,7 @@ struct InitialOverlap {
   Vec3 first_moves = Vec3::Zero(),  ///< Displacement of the first body that parts all that overlaps, m.
       second_moves = Vec3::Zero();  ///< Displacement of the second body, m.
   double left = 0;                  ///< Depth that remains after the displacements, m.
+  bool is_pinned_inside = false;    ///< Whether particles of the second body are pinned inside the first one.
 };
 
 /// The displacements by which the first frame begins. Every body is moved as a whole, which changes neither
