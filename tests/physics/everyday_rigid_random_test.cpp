@@ -52,9 +52,10 @@ scene::Scene random_scene(std::uint64_t seed, double& size) {
 
 constexpr int frames = 20;
 
-// The bounds are those of test::keep_promises(), with overlaps of up to 2 % of the size.
+// The bounds are those of test::keep_promises(), with overlaps of up to 2 % of the size. Of 10,000 scenes one
+// gained 0.14 %.
 TEST(EverydayRigidRandom, ScenesKeepTheirPromises) {
-  test::expect_promises(test::runs_in_full() ? 200 : 30, [](std::uint64_t seed) {
+  test::expect_promises(test::runs_in_full() ? 200 : 30, 1e-3, [](std::uint64_t seed) {
     double size = 1;
     const scene::Scene scene = random_scene(seed, size);
     return test::keep_promises(scene, size, frames, 0.02);
