@@ -143,8 +143,8 @@ inline Outcome keep_promises(const scene::Scene& scene, double size, int frames,
 
 // Simulates the scenes of the seeds 1 to `count`; the environment variable DUET_RANDOM_SCENES overrides the
 // number (tools/test --full: 10,000). Every tenth scene runs with two threads as well and must give equal
-// hashes. No scene may violate a bound, and fewer than 2 and the fraction `share` of them may gain more than a
-// thousandth of their energy. `simulate` maps a seed to an Outcome.
+// hashes. No scene may violate a bound, and fewer than 2 and the fraction `share` of them may gain more than
+// a thousandth of their energy. `simulate` maps a seed to an Outcome.
 template <class Simulate>
 void expect_promises(int count, double share, Simulate&& simulate) {
   if (const char* wanted = std::getenv("DUET_RANDOM_SCENES")) count = std::atoi(wanted);
