@@ -154,6 +154,14 @@ bool take_name(const fs::path& from, const fs::path& to, const std::string& text
   return ::close(fd) == 0 && written;
 }
 
+// Returns whether a claim is one of those in `stale`, as it was seen.
+bool is_unchanged(const fs::path& file, const std::map<fs::path, Seen>& stale) {
+  const auto found = stale.find(file);
+  if (found == stale.end()) return false;
+  const std::optional<Seen> now = look_at(file);
+  return !now || *now == found->second;
+}
+
 // Returns the name of a file that no other process uses.
 std::string candidate_name(const ProcessName& process) {
   static std::atomic<unsigned> count{0};
@@ -218,7 +226,7 @@ RunClaim::~RunClaim() {
 
 // Two programs may find the same claim stale. The link to the next number lets one of them win, unless a
 // third one released the claim meanwhile, so that numbers began anew: a look at all claims after the link
-// tells.
+// tells. A stale claim may have been removed by then, and a live one may have its number.
 std::optional<ClaimHolder> RunClaim::try_to_take(const std::string& work) {
   constexpr int attempts =
       100;  // each fails only because another program took or released the claim meanwhile
@@ -228,7 +236,7 @@ std::optional<ClaimHolder> RunClaim::try_to_take(const std::string& work) {
   for (int attempt = 0; attempt < attempts; ++attempt) {
     create_folder(folder_);
     int last = 0;
-    std::vector<fs::path> stale;
+    std::map<fs::path, Seen> stale;
     bool is_released = false;
     for (const auto& [number, file] : claims_in(folder_)) {
       const std::optional<Seen> seen = look_at(file);
@@ -240,7 +248,7 @@ std::optional<ClaimHolder> RunClaim::try_to_take(const std::string& work) {
         is_released = true;
       }
       last = std::max(last, number);
-      stale.push_back(file);
+      stale.emplace(file, *seen);
     }
     if (is_released) continue;
     const fs::path candidate = folder_ / candidate_name(self),
@@ -258,10 +266,10 @@ std::optional<ClaimHolder> RunClaim::try_to_take(const std::string& work) {
     if (!is_taken) continue;
     const auto claims = claims_in(folder_);
     const bool is_alone = std::all_of(claims.begin(), claims.end(), [&](const auto& claim) {
-      return claim.second == file || std::find(stale.begin(), stale.end(), claim.second) != stale.end();
+      return claim.second == file || is_unchanged(claim.second, stale);
     });
     if (is_alone) {
-      for (const fs::path& old : stale) ::unlink(old.c_str());
+      for (const auto& [old, seen] : stale) ::unlink(old.c_str());
       file_ = file;
       return std::nullopt;
     }
