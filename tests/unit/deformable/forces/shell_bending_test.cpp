@@ -19,31 +19,36 @@ struct NamedSheet {
   Sheet sheet;
 };
 
-// Returns a panel whose cells are cut by diagonals that are all parallel.
-Sheet parallel_panel(const Vec2& size, int cells_x, int cells_z) {
+// Returns a panel whose triangles are those that cut(a, b, sheet) appends for each cell, with the nodes a and
+// a + 1 on its first side and b and b + 1 on the opposite one.
+template <class Cut>
+Sheet cut_panel(const Vec2& size, int cells_x, int cells_z, Cut&& cut) {
   Sheet sheet = panel(size, cells_x, cells_z);
   sheet.triangles.clear();
   for (int k = 0; k < cells_z; ++k)
     for (int i = 0; i < cells_x; ++i) {
-      const int a = k * (cells_x + 1) + i, b = a + cells_x + 1;
-      sheet.triangles.push_back({a, b, b + 1});
-      sheet.triangles.push_back({a, b + 1, a + 1});
+      const int a = k * (cells_x + 1) + i;
+      cut(a, a + cells_x + 1, sheet);
     }
   return sheet;
 }
 
+// Returns a panel whose cells are cut by diagonals that are all parallel.
+Sheet parallel_panel(const Vec2& size, int cells_x, int cells_z) {
+  return cut_panel(size, cells_x, cells_z, [](int a, int b, Sheet& sheet) {
+    sheet.triangles.push_back({a, b, b + 1});
+    sheet.triangles.push_back({a, b + 1, a + 1});
+  });
+}
+
 // Returns a panel whose cells are cut by both diagonals.
 Sheet crossed_panel(const Vec2& size, int cells_x, int cells_z) {
-  Sheet sheet = panel(size, cells_x, cells_z);
-  sheet.triangles.clear();
-  for (int k = 0; k < cells_z; ++k)
-    for (int i = 0; i < cells_x; ++i) {
-      const int a = k * (cells_x + 1) + i, b = a + cells_x + 1, middle = static_cast<int>(sheet.nodes.size());
-      sheet.nodes.push_back((sheet.nodes[as_index(a)] + sheet.nodes[as_index(b + 1)]) / 2);
-      for (const auto& [from, to] : {std::pair(a, b), {b, b + 1}, {b + 1, a + 1}, {a + 1, a}})
-        sheet.triangles.push_back({from, to, middle});
-    }
-  return sheet;
+  return cut_panel(size, cells_x, cells_z, [](int a, int b, Sheet& sheet) {
+    const int middle = static_cast<int>(sheet.nodes.size());
+    sheet.nodes.push_back((sheet.nodes[as_index(a)] + sheet.nodes[as_index(b + 1)]) / 2);
+    for (const auto& [from, to] : {std::pair(a, b), {b, b + 1}, {b + 1, a + 1}, {a + 1, a}})
+      sheet.triangles.push_back({from, to, middle});
+  });
 }
 
 // Returns a panel of 10 x 10 cells whose inner nodes are moved by up to a quarter of a cell at random.
