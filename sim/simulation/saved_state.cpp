@@ -18,8 +18,9 @@
 namespace duet {
 namespace {
 
-// Calls visit(pointer, bytes) for every number that the next step reads, in a fixed order. Cached contacts
-// are not among them: they follow at the end of a saved state.
+// Calls visit(pointer, bytes) for every number that the next step reads, in a fixed order, but for the lists
+// whose length differs from state to state. These follow at the end of a saved state: the forces of pairs of
+// surfaces after their number, and the cached contacts.
 template <class Visit>
 void visit_state(World& world, std::int64_t& frame, double& omega_squared, Visit&& visit) {
   visit(&frame, sizeof frame);
@@ -180,6 +181,19 @@ void check_contact(const Bodies& bodies, const CachedContact& contact, std::size
   check_rigid_guest(rigid.properties[as_index(contact.guest_rigid)], contact, number);
 }
 
+// Checks the forces of pairs of deformable surfaces.
+void check_pairs(const Bodies& bodies, const PairForces& pairs) {
+  for (const PairForce& pair : pairs) {
+    for (const int p : pair.particle)
+      if (p < 0 || as_index(p) >= bodies.particles.size())
+        refuse("a pair of surfaces has particle {}, and there are {}", p, bodies.particles.size());
+    if (!is_sound(pair.force)) refuse("a force between surfaces is not finite or above {:g}", largest);
+  }
+  if (!std::is_sorted(pairs.begin(), pairs.end(),
+                      [](const PairForce& a, const PairForce& b) { return a.particle < b.particle; }))
+    refuse("its pairs of surfaces are not in order");
+}
+
 // Returns the numbers that name a contact and by which contacts are sorted.
 auto name_of(const CachedContact& contact) {
   return std::tie(contact.host, contact.guest_rigid, contact.feature);
@@ -189,35 +203,53 @@ auto name_of(const CachedContact& contact) {
 
 void pack_state(World& world, std::int64_t frame, std::vector<unsigned char>& bytes) {
   double frequency = world.bodies.forces.max_omega_squared();
+  const PairForces& pairs = world.context.pair_forces_n;
   const ContactCache& memory = world.context.contact_cache;
-  std::size_t size = memory.size() * sizeof(CachedContact), at = 0;
+  const std::uint64_t pair_count = pairs.size();
+  std::size_t size =
+      sizeof pair_count + pairs.size() * sizeof(PairForce) + memory.size() * sizeof(CachedContact);
   visit_state(world, frame, frequency, [&](const void*, std::size_t more) { size += more; });
   bytes.resize(size);
-  visit_state(world, frame, frequency, [&](const void* data, std::size_t more) {
+  std::size_t at = 0;
+  const auto append = [&](const void* data, std::size_t more) {
     if (more > 0) std::memcpy(bytes.data() + at, data, more);  // without particles, `data` is null
     at += more;
-  });
-  if (!memory.empty()) std::memcpy(bytes.data() + at, memory.data(), memory.size() * sizeof(CachedContact));
+  };
+  visit_state(world, frame, frequency, append);
+  append(&pair_count, sizeof pair_count);
+  append(pairs.data(), pairs.size() * sizeof(PairForce));
+  append(memory.data(), memory.size() * sizeof(CachedContact));
 }
 
 void unpack_state(const std::vector<unsigned char>& bytes, World& world, std::int64_t& frame) {
   double frequency = 0;
-  std::size_t needed = 0;
+  std::uint64_t pair_count = 0;
+  std::size_t needed = sizeof pair_count, at = 0;
   visit_state(world, frame, frequency, [&](const void*, std::size_t size) { needed += size; });
-  // The cached contacts follow, as many as there were when the state was saved.
-  if (bytes.size() < needed || (bytes.size() - needed) % sizeof(CachedContact) != 0)
-    refuse("it has {} bytes where {} and whole contacts are needed", bytes.size(), needed);
-  std::size_t at = 0;
-  visit_state(world, frame, frequency, [&](void* data, std::size_t size) {
+  const auto check_size = [&] {
+    if (bytes.size() < needed)
+      refuse("it has {} bytes where {} and whole contacts are needed", bytes.size(), needed);
+  };
+  const auto take = [&](void* data, std::size_t size) {
     if (size > 0) std::memcpy(data, bytes.data() + at, size);  // without particles, `data` is null
     at += size;
-  });
+  };
+  check_size();
+  visit_state(world, frame, frequency, take);
+  take(&pair_count, sizeof pair_count);
+  if (pair_count > bytes.size() / sizeof(PairForce))
+    refuse("it has {} bytes and forces of {} pairs of surfaces", bytes.size(), pair_count);
+  needed += pair_count * sizeof(PairForce);
+  check_size();
+  if ((bytes.size() - needed) % sizeof(CachedContact) != 0)
+    refuse("it has {} bytes where {} and whole contacts are needed", bytes.size(), needed);
+  PairForces& pairs = world.context.pair_forces_n;
+  pairs.resize(pair_count);
+  for (PairForce& pair : pairs) take(&pair, sizeof pair);
+  // The cached contacts follow, as many as there were when the state was saved.
   ContactCache& memory = world.context.contact_cache;
   memory.resize((bytes.size() - needed) / sizeof(CachedContact));
-  for (CachedContact& contact : memory) {
-    std::memcpy(static_cast<void*>(&contact), bytes.data() + at, sizeof contact);
-    at += sizeof contact;
-  }
+  for (CachedContact& contact : memory) take(&contact, sizeof contact);
   world.bodies.forces.set_max_omega_squared(frequency);
   RigidBodies& rigid = world.bodies.rigid;
   for (std::size_t i = 0; i < rigid.size(); ++i)
@@ -237,6 +269,7 @@ void check_state(const World& loaded, std::int64_t frame, const std::vector<Rigi
     check_all(std::span(*values), "the last solve", "acceleration");
   check_all(std::span(loaded.context.surface_friction_n), "the last step", "friction between surfaces");
   check_all(std::span<const double>(loaded.context.pressure_n), "the last solve", "pressure");
+  check_pairs(bodies, loaded.context.pair_forces_n);
   const ContactCache& memory = loaded.context.contact_cache;
   for (std::size_t i = 0; i < memory.size(); ++i) check_contact(bodies, memory[i], i);
   if (!std::is_sorted(memory.begin(), memory.end(),

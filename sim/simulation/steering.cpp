@@ -239,6 +239,8 @@ void carry_over(World& from, World& to) {
     to.context.surface_friction_n = from.context.surface_friction_n;
   if (to.context.pressure_n.size() == from.context.pressure_n.size())
     to.context.pressure_n = from.context.pressure_n;
+  if (to.bodies.particles.size() == from.bodies.particles.size())
+    to.context.pair_forces_n = from.context.pair_forces_n;
   // Cached contacts name points, edges and faces by their numbers.
   if (to.bodies.points.size() == from.bodies.points.size() &&
       to.bodies.edges.size() == from.bodies.edges.size() &&

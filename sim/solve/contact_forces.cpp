@@ -84,6 +84,14 @@ std::array<Mat3, 4> map_of(const RepulsionPair& pair, const Particles& particles
   return map;
 }
 
+// Returns the force of a pair in `forces`, N; zero if it is not among them.
+Vec3 force_of(const RepulsionPair& pair, const PairForces& forces) {
+  const auto found = std::lower_bound(
+      forces.begin(), forces.end(), pair.particle,
+      [](const PairForce& a, const std::array<int, 4>& particle) { return a.particle < particle; });
+  return found != forces.end() && found->particle == pair.particle ? found->force : Vec3::Zero();
+}
+
 // Adds `share` times a symmetric matrix to a block.
 void add(double share, const Mat3& matrix, SymmetricBlock& block) {
   block.diagonal += share * matrix.diagonal();
@@ -183,9 +191,10 @@ void ContactForces::add_row(Row& row, const Mat3& response) {
 }
 
 void ContactForces::add_pairs(const Bodies& bodies, const std::vector<RepulsionPair>& pairs,
-                              const Islands& islands, double seconds, double part_share, double factor,
+                              const Islands& islands, double seconds, double part_share,
+                              const PairForces& forces, double duration,
                               const std::vector<SymmetricBlock>& own) {
-  DUET_ASSERT(bodies_ == &bodies && seconds > 0 && factor >= 0 && own.size() == bodies.particles.size());
+  DUET_ASSERT(bodies_ == &bodies && seconds > 0 && duration > 0 && own.size() == bodies.particles.size());
   for (const RepulsionPair& pair : pairs) {
     DUET_ASSERT(is_unit(pair.normal));
     const auto is_left_out = [&](int p) {
@@ -206,7 +215,7 @@ void ContactForces::add_pairs(const Bodies& bodies, const std::vector<RepulsionP
             .path_velocity = Vec3::Zero(),
             .target = (lacking > 0 ? part_share : 1) * lacking / seconds,
             .friction = pair.friction,
-            .multiplier = factor * cached_impulse(pair)};
+            .multiplier = duration * force_of(pair, forces)};
     Mat3 K = response_of(row.point, own);
     const std::size_t a = body_of(bodies, pair.particle.front()), b = body_of(bodies, pair.particle.back());
     K.diagonal().array() += 1 / bodies.deformable[a].mass + 1 / bodies.deformable[b].mass;
@@ -216,18 +225,12 @@ void ContactForces::add_pairs(const Bodies& bodies, const std::vector<RepulsionP
   }
 }
 
-void ContactForces::store_pairs() {
+void ContactForces::store_pairs(double duration, PairForces& forces) const {
   for (const Row& row : rows_)
-    if (row.pair >= 0 && !row.impulse.isZero(0)) remembered_.push_back({row.point.particle, row.impulse});
-  std::sort(remembered_.begin(), remembered_.end(),
-            [](const PairImpulse& a, const PairImpulse& b) { return a.particle < b.particle; });
-}
-
-Vec3 ContactForces::cached_impulse(const RepulsionPair& pair) const {
-  const auto found = std::lower_bound(
-      remembered_.begin(), remembered_.end(), pair.particle,
-      [](const PairImpulse& a, const std::array<int, 4>& particle) { return a.particle < particle; });
-  return found != remembered_.end() && found->particle == pair.particle ? found->impulse : Vec3::Zero();
+    if (row.pair >= 0 && !row.impulse.isZero(0))
+      forces.push_back({row.point.particle, row.impulse / duration});
+  std::sort(forces.begin(), forces.end(),
+            [](const PairForce& a, const PairForce& b) { return a.particle < b.particle; });
 }
 
 Vec3 ContactForces::velocity_of(const Row& row, const GeneralizedVelocity& v) const {

@@ -11,6 +11,17 @@
 
 namespace duet {
 
+/// Force that a pair of deformable surfaces held in a solve.
+struct PairForce {
+  std::array<int, 4> particle{};  ///< the particles that name the pair, see RepulsionPair
+  Vec3 force = Vec3::Zero();      ///< N, mean over the time of the solve
+};
+static_assert(sizeof(PairForce) == 4 * sizeof(int) + sizeof(Vec3),
+              "written as it lies in memory: no padding");
+
+/// Forces of pairs, sorted by their particles.
+using PairForces = std::vector<PairForce>;
+
 /// Impulses of contacts as functions of their relative velocity v (m/s), by the method of multipliers:
 ///   normal    p_n = max(0, l_n + k_n (w - n.v))
 ///   friction  p_t = l_t - k_t v_t, cut to |p_t| <= bound,
@@ -30,16 +41,15 @@ class ContactForces {
              const Islands& islands, double factor, const std::vector<SymmetricBlock>& own);
   /// Adds pairs of deformable surfaces on searched `islands`. A pair may come as near as its thickness h
   /// within `seconds` (s). A pair that is nearer than h has to separate in that time by the fraction
-  /// `part_share` of what it lacks. The multipliers start at `factor` times the impulses of store_pairs().
-  /// The impulses of a pair act at its two points; a rotation of its particles as a whole keeps angular
-  /// momentum.
+  /// `part_share` of what it lacks. The multipliers start at the impulses of `forces` in `duration` (s), the
+  /// time of the solve. The impulses of a pair act at its two points; a rotation of its particles as a whole
+  /// keeps angular momentum.
   void add_pairs(const Bodies& bodies, const std::vector<RepulsionPair>& pairs, const Islands& islands,
-                 double seconds, double part_share, double factor, const std::vector<SymmetricBlock>& own);
-  /// Forgets the impulses of pairs of surfaces.
-  void forget_pairs() { remembered_.clear(); }
-  /// Remembers the impulses of pairs of surfaces for a later solve with the same pairs: step V starts with
-  /// those of step III.
-  void store_pairs();
+                 double seconds, double part_share, const PairForces& forces, double duration,
+                 const std::vector<SymmetricBlock>& own);
+  /// Adds to `forces` those of the pairs of surfaces in a solve for `duration` (s). A later solve with the
+  /// same pairs starts with them: step III with those of the last step, step V with those of step III.
+  void store_pairs(double duration, PairForces& forces) const;
   /// Removes all contacts and pairs.
   void clear() {
     rows_.clear();
@@ -103,12 +113,6 @@ class ContactForces {
     double normal_slope = 0, tangential_slope = 0;  // kg, decrease of the impulses per velocity
     Vec3 sliding = Vec3::Zero();  // unit, the direction of friction at its bound; zero: it sticks
   };
-  // The remembered impulse of a pair of surfaces.
-  struct PairImpulse {
-    std::array<int, 4> particle;
-    Vec3 impulse;  // N s
-  };
-  Vec3 cached_impulse(const RepulsionPair& pair) const;
   // Returns the relative velocity of a row, m/s, without its path velocity.
   Vec3 velocity_of(const Row& row, const GeneralizedVelocity& v) const;
   Vec3 slope(const Row& row, const Vec3& velocity) const;
@@ -127,7 +131,6 @@ class ContactForces {
   std::vector<Row> rows_;
   std::vector<int> out_of_reach_;               // contacts with the target minus infinity
   std::vector<std::array<Mat3, 4>> pair_maps_;  // for each pair of surfaces: A_i of v_rel = sum of A_i v_i
-  std::vector<PairImpulse> remembered_;         // sorted by their particles
   std::vector<double> heaviest_;                // kg, for each island: the mass of its heaviest body
   bool is_careful_ = true;
 };

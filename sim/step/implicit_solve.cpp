@@ -39,10 +39,15 @@ constexpr double numerical_damping = 0.25;
 // together; those that pull are deactivated, and the rest is solved for again.
 constexpr int max_releases = 8;
 
-// A search with contacts minimizes a convex potential. Whenever it has converged, multipliers and bounds of
+// A search with contacts minimizes a convex potential. When it has converged, multipliers and bounds of
 // friction are updated, at most `max_multiplier_updates` times; it may take `max_contact_iterations` more
 // iterations than other searches.
 constexpr int max_multiplier_updates = 8, max_contact_iterations = 80;
+
+// With elasticity or its damping in implicit steps, a search need not converge for multipliers that change
+// afterwards: they are updated as soon as this fraction of the residual is left, of that at the start and of
+// that after an update.
+constexpr double first_left = 0.1, next_left = 0.3;
 
 // A search begins with this many careful iterations (ContactForces::set_careful). Later iterations are
 // careful if the one before took less than `min_free_share` of its correction.
@@ -93,17 +98,21 @@ class Search {
     evaluate();
     int settlings = 0, stalls = 0;
     double before = std::numeric_limits<double>::infinity();
+    double enough = enough_of(first_left);
     bool multipliers_final = false;  // true if the multipliers are the impulses
     const int most = settings.newton_iterations + (problem_.contacts ? max_contact_iterations : 0);
     for (int iteration = 0;; ++iteration) {
       stop_if_asked();
       const double newton_residual = system_.norm(context_.newton_residual);
-      if (newton_residual <= tolerance_) {
-        if (!problem_.contacts || multipliers_final || settlings++ >= max_multiplier_updates) return true;
+      const bool may_update = problem_.contacts && !multipliers_final && settlings < max_multiplier_updates;
+      if (newton_residual <= tolerance_ && !may_update) return true;
+      if (newton_residual <= enough && may_update) {
+        ++settlings;
         problem_.contacts->update_multipliers();
         problem_.contacts->set_bounds();
         problem_.contacts->set_careful(true);
         evaluate();
+        enough = enough_of(next_left);
         multipliers_final = true;
         continue;
       }
@@ -141,6 +150,12 @@ class Search {
   }
 
  private:
+  // Returns the residual at which multipliers are updated, if `left` of the residual now is to be left.
+  double enough_of(double left) const {
+    if (!world_.settings.implicit_elasticity) return tolerance_;
+    return std::max(tolerance_, left * system_.norm(context_.newton_residual));
+  }
+
   // Bounds the tolerance for contact: below a fraction of the weight of a particle, also in short steps, and
   // above rounding, which is that of the velocities times what damping and stiffness make of them.
   void bound_tolerance() {

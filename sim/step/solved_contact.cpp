@@ -161,7 +161,7 @@ void solve_halfway(World& world, StepContext& context, const Islands& islands, b
   build_forces(world, context, islands, dt, 1);
   if (world.has(Effect::self_repulsion))
     context.contact_forces.add_pairs(bodies, context.approaching_surfaces.pairs(), islands, context.dt,
-                                     parted_share, 0, context.blocks.own());
+                                     parted_share, context.pair_forces_n, dt, context.blocks.own());
   const bool is_implicit = world.settings.implicit_elasticity;
   if (context.contact_forces.empty() && is_implicit && !islands.has_joints()) return;
   context.solution = context.middle_velocity;
@@ -182,7 +182,7 @@ void solve_halfway(World& world, StepContext& context, const Islands& islands, b
     add_forces_of_middle(world, context, dt);
     converged = find_velocity(world, context, problem);
   }
-  context.contact_forces.store_pairs();
+  context.contact_forces.store_pairs(dt, context.pair_forces);
   bodies.particles.x = context.x_n;
   if (!converged && is_elastic) apply_rigid_fallback(world, context, true);
   if (!world.settings.implicit_elasticity) {
@@ -224,7 +224,7 @@ void solve_contact_halfway(World& world, StepContext& context) {
     ContactPair& pair = context.contacts.pairs[as_index(p)];
     pair.active = pair.active || is_solved(context, world.bodies, pair);
   }
-  context.contact_forces.forget_pairs();
+  context.pair_forces.clear();
   if (context.solved.searched() == 0) return;
   to_generalized(world.bodies, context.middle_velocity);
   if (!world.settings.implicit_elasticity) {
@@ -238,6 +238,7 @@ void solve_contact_halfway(World& world, StepContext& context) {
 
 void solve_contact_at_end(World& world, StepContext& context) {
   context.solve_from_outside = {};
+  context.pair_forces_next.clear();
   Bodies& bodies = world.bodies;
   if (context.solved.searched() == 0) return;
   const double dt = context.dt;
@@ -264,8 +265,8 @@ void solve_contact_at_end(World& world, StepContext& context) {
   context.right_side = b;
   build_forces(world, context, context.solved, dt, 2);
   if (world.has(Effect::self_repulsion))
-    context.contact_forces.add_pairs(bodies, context.self_repulsion.pairs(), context.solved, dt, 0, 2,
-                                     context.blocks.own());
+    context.contact_forces.add_pairs(bodies, context.self_repulsion.pairs(), context.solved, dt, 0,
+                                     context.pair_forces, dt, context.blocks.own());
   ContactProjection* projection = keep_joints(world, context, context.solved);
   if (projection) projection->satisfy(context.solution);
   follow_twists(bodies.bound, context.right_side.linear, context.right_side.angular,
@@ -286,6 +287,7 @@ void solve_contact_at_end(World& world, StepContext& context) {
   // The sweeps of V.4 start from twice the impulses that contacts hold, so that half of them are stored. V.4
   // applies them again; they are taken out of the velocities here.
   context.contact_forces.store(0.5, context.contacts);
+  context.contact_forces.store_pairs(dt, context.pair_forces_next);
   context.right_side = context.solution;
   context.contact_forces.add_stored_velocities(-1, context.right_side);
   if (!world.settings.implicit_elasticity) {

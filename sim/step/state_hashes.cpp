@@ -93,6 +93,9 @@ void add_state(Writer& writer, const World& world) {
   const std::vector<double>& pressure = world.context.pressure_n;
   if (!pressure.empty())
     add_scene("pressures", hash_bytes(pressure.data(), pressure.size() * sizeof(double)));
+  const PairForces& pairs = world.context.pair_forces_n;
+  if (!pairs.empty())
+    add_scene("forces between surfaces", hash_bytes(pairs.data(), pairs.size() * sizeof(PairForce)));
   const ContactCache& memory = world.context.contact_cache;
   add_scene("contact cache", hash_bytes(memory.data(), memory.size() * sizeof(CachedContact)));
 }

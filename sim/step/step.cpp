@@ -69,6 +69,7 @@ bool step(World& world, double time, double dt, Refusal* refusal) {
   if (world.touches()) remember(context.contacts, context.graph, dt, context.contact_cache);
   if (world.has(Effect::self_repulsion)) std::swap(context.surface_friction_n, context.surface_friction_next);
   std::swap(context.pressure_n, context.pressure_next);
+  std::swap(context.pair_forces_n, context.pair_forces_next);
   world.stage_hashes.end_step(world);
   return true;
 }

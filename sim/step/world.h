@@ -165,6 +165,9 @@ struct StepContext {
       relaxing;     ///< in implicit steps, islands of `solved` whose strain relaxes slowly: no elasticity
   std::vector<char> is_solved;         ///< scratch, per island
   ContactForces contact_forces;        ///< contacts whose impulses are unknowns of the solve
+  PairForces pair_forces_n,            ///< pairs of surfaces in the solve of the last step's V; state
+      pair_forces,                     ///< the same of III
+      pair_forces_next;                ///< the same of this step's V
   std::vector<Vec3> explicit_force;    ///< N, per particle, explicit forces of the last solve
   GeneralizedVelocity solved_change;   ///< m/s and rad/s, what the solve of step I has added
   GeneralizedVelocity start_velocity,  ///< m/s and rad/s, velocities before step V
