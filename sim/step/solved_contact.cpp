@@ -184,6 +184,7 @@ void solve_halfway(World& world, StepContext& context, const Islands& islands, b
   }
   context.contact_forces.store_pairs(dt, context.pair_forces);
   bodies.particles.x = context.x_n;
+  context.contact_converged = context.contact_converged && converged;
   if (!converged && is_elastic) apply_rigid_fallback(world, context, true);
   if (!world.settings.implicit_elasticity) {
     context.solve_from_outside = context.contact_forces.impulse_of_pins(bodies.particles);
@@ -220,6 +221,7 @@ void find_relaxing_islands(World& world, StepContext& context) {
 
 void solve_contact_halfway(World& world, StepContext& context) {
   context.solve_from_outside = {};
+  context.contact_converged = true;
   for (const int p : context.graph.pairs) {
     ContactPair& pair = context.contacts.pairs[as_index(p)];
     pair.active = pair.active || is_solved(context, world.bodies, pair);
@@ -281,6 +283,7 @@ void solve_contact_at_end(World& world, StepContext& context) {
   double left = 0;
   for (const Vec3& v : context.newton_residual.particle) left = std::max(left, v.norm());
   const bool has_converged = left <= world.settings.cg_tolerance;
+  context.contact_converged = context.contact_converged && has_converged;
   if (has_converged) VelocitySystem::axpy(1, context.newton_residual, context.solution);
   for (std::size_t p = 0; p < bodies.particles.size(); ++p)
     context.force[p] = context.explicit_force[p] + context.damping_force[p];

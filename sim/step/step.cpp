@@ -13,6 +13,16 @@ bool refuse(World& world) {
   return false;
 }
 
+// Largest number of times in a row that a step is refused because its contact was not solved for.
+constexpr int max_unsolved = 2;
+
+// Returns whether an implicit step is to be refused because its solves with contact have not converged. What
+// they leave goes into the strain of elements, which would throw bodies in later steps.
+bool leaves_contact_unsolved(const World& world, Refusal& refusal) {
+  if (!world.settings.implicit_elasticity || world.context.contact_converged) return false;
+  return refusal.unsolved++ < max_unsolved;
+}
+
 // Runs a row with work, with clock, ledger and hashes around it.
 void run(const StageRow& row, World& world) {
   stop_if_asked();
@@ -64,6 +74,7 @@ bool step(World& world, double time, double dt, Refusal* refusal) {
   }
   end_step(world);
   if (may_gain && gains_energy(world, energy, *refusal)) return refuse(world);
+  if (may_refuse && leaves_contact_unsolved(world, *refusal)) return refuse(world);
   world.ledger.end_step(world);
   world.contact_tally.end_step(world.bodies);
   if (world.touches()) remember(context.contacts, context.graph, dt, context.contact_cache);

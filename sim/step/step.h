@@ -13,7 +13,8 @@ namespace duet {
 /// The caller's leave to refuse a step, and the reason why the last step was refused.
 ///
 /// A step is refused if jointed bodies turn farther than the time-step rule foresaw, if the joints miss too
-/// much of the energy of the motion between them, or if the step gains energy.
+/// much of the energy of the motion between them, if the step gains energy, or if its solves with contact do
+/// not converge.
 struct Refusal {
   /// True if the caller accepts a refusal; otherwise every step is taken.
   bool is_allowed = true;
@@ -22,6 +23,8 @@ struct Refusal {
   /// A shorter step that still gains half as much or more is taken if the gain is small, because what contact
   /// gains does not vanish with shorter steps.
   double gain = std::numeric_limits<double>::infinity();
+  /// Number of steps that were refused in a row because their solves with contact did not converge.
+  int unsolved = 0;
 };
 /// Advances the world by `dt` (s) from `time` (s), and returns whether the step was taken.
 ///

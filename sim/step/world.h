@@ -175,8 +175,9 @@ struct StepContext {
   FreeIslands free_islands;            ///< islands that keep their spin
   /// m/s, the sum 2 u + w - u' of keep_spin(): per particle, and as `rigid` per center of a rigid body.
   VelocityState twice_moved;
-  bool converged = true;      ///< true if the last implicit solve of I.1 converged
-  std::vector<Mat3> inertia;  ///< kg m^2, world axes, per rigid body; scratch of VelocitySystem
+  bool converged = true;          ///< true if the last implicit solve of I.1 converged
+  bool contact_converged = true;  ///< true if this step's solves with contact converged
+  std::vector<Mat3> inertia;      ///< kg m^2, world axes, per rigid body; scratch of VelocitySystem
 };
 
 /// A scene in memory: everything that a step reads and writes.
