@@ -296,7 +296,9 @@ void advance_semi_implicitly(World& world, StepContext& context) {
     }
   }
   find_explicit_forces(world, context);
-  solve_velocity(world, context, damping_at(world) * context.dt, projection, false);
+  const double seconds = damping_at(world) * context.dt;
+  if (world.has_internal_forces()) bodies.forces.add_turn_forces(particles.v, seconds, context.force);
+  solve_velocity(world, context, seconds, projection, false);
   for (std::size_t p = 0; p < particles.size(); ++p)
     particles.v[p] += dt * particles.inverse_mass[p] * context.force[p];
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)

@@ -244,6 +244,7 @@ void solve_contact_at_end(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   if (context.solved.searched() == 0) return;
   const double dt = context.dt;
+  add_turn_forces(world, context, 1, context.explicit_force);
   // b = v-^n + dt (g + M^-1 F), without contact and damping.
   GeneralizedVelocity& b = context.start_velocity;
   add_forces(bodies, context.explicit_force, dt, b);

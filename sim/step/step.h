@@ -146,6 +146,10 @@ void project_active_contacts(World& world, StepContext& context, const std::vect
 ///
 /// If contact may be part of a solve, context.explicit_force gets the same forces.
 void find_explicit_forces(World& world, StepContext& context);
+/// Adds the change of the viscous forces (N) between x^{n+1/2}, the state of the elements, and the fraction
+/// `at` of the step, to which the velocities of a solve belong, at the mean velocities of the step; see
+/// InternalForces::add_turn_forces().
+void add_turn_forces(World& world, StepContext& context, double at, std::vector<Vec3>& force);
 /// Holds the particles at x^{n+1/2} while it lives.
 ///
 /// It exchanges the particle positions with context.x_half, and exchanges them back when it ends.

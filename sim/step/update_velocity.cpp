@@ -30,16 +30,29 @@ void find_explicit_forces(World& world, StepContext& context) {
   if (solves_contact(world)) context.explicit_force = context.force;
 }
 
+void add_turn_forces(World& world, StepContext& context, double at, std::vector<Vec3>& force) {
+  if (!world.has_internal_forces()) return;
+  const double seconds = (at - 0.5) * context.dt;
+  world.clock.time(Stage::elastic_forces,
+                   [&] { world.bodies.forces.add_turn_forces(context.mean_velocity, seconds, force); });
+}
+
 void find_middle_forces(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   const std::vector<Vec3>& x = bodies.particles.x;
   if (solves_contact(world)) to_generalized(bodies, context.start_velocity);
   context.x_half.resize(x.size());
-  for (std::size_t p = 0; p < x.size(); ++p) context.x_half[p] = 0.5 * (context.x_n[p] + x[p]);
+  context.mean_velocity.resize(x.size());
+  for (std::size_t p = 0; p < x.size(); ++p) {
+    context.x_half[p] = 0.5 * (context.x_n[p] + x[p]);
+    context.mean_velocity[p] = (x[p] - context.x_n[p]) / context.dt;
+  }
   carry(context.kinematic, context.x_n, context.dt, bodies);
   const AtMiddle at_middle(world);
   bring_bound_to_middle(bodies, context.rigid_n);
   find_explicit_forces(world, context);
+  if (solves_at_end(world) && !world.settings.constraints_before_solve)
+    add_turn_forces(world, context, world.settings.damping_at, context.force);
 }
 
 // V serves only to find the velocity at which V.3 evaluates the damping forces. With V at half of the step

@@ -131,9 +131,10 @@ struct StepContext {
   SelfRepulsion approaching_surfaces;
   SelfCollision self_collision;  ///< self-collisions
 
-  std::vector<Vec3> force,  ///< N, per particle, forces that the step applies
-      damping_force,        ///< N, per particle, damping forces of the last product; scratch
-      force_in_single;      ///< N, per particle, sums in single precision; scratch of VelocitySystem
+  std::vector<Vec3> mean_velocity;  ///< m/s, per particle, (x^{n+1} - x^n) / dt, from V.2 on
+  std::vector<Vec3> force,          ///< N, per particle, forces that the step applies
+      damping_force,                ///< N, per particle, damping forces of the last product; scratch
+      force_in_single;              ///< N, per particle, sums in single precision; scratch of VelocitySystem
   /// m/s^2, (V - v) / dt of the last semi-implicit solve, in I.1 or V.2; the next one begins at v + dt a.
   /// State.
   GeneralizedVelocity acceleration;

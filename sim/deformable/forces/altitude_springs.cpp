@@ -159,6 +159,7 @@ void AltitudeSprings::add_elastic_forces(const std::vector<Vec3>& x, std::vector
     const Altitude now = altitude(chosen, rows);
     chosen.weight = now.weight;
     chosen.normal = now.normal;
+    chosen.length = now.length;
     dashpots_[b].set(chosen.slot, chosen.weight, chosen.viscosity, chosen.normal);
     const double8 along = chosen.stiffness * (chosen.rest_length - now.length);
     const double8 side = abs_of(along) / max_of(abs_of(now.length), chosen.rest_length);
@@ -173,6 +174,14 @@ void AltitudeSprings::add_damping_forces(const std::vector<Vec3>& v, std::vector
   add_forces(v, force, [&](std::size_t b, const double4* rows) {
     const Chosen& chosen = chosen_[b];
     return -chosen.viscosity * dot(chosen.normal, difference(chosen, rows));
+  });
+}
+
+void AltitudeSprings::add_turn_forces(const std::vector<Vec3>& v, double seconds, std::vector<Vec3>& force) {
+  add_forces(v, force, [&](std::size_t b, const double4* rows) {
+    const Chosen& chosen = chosen_[b];
+    const double8 rate = turn_rate(chosen.normal, chosen.length, difference(chosen, rows), seconds);
+    return -chosen.viscosity * select(chosen.length < double8{}, -rate, rate);
   });
 }
 

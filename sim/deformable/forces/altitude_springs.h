@@ -53,6 +53,9 @@ class AltitudeSprings {
   /// Adds the viscous forces for the velocities `v` (m/s) to `force` (N), in the directions of the last
   /// add_elastic_forces(): linear in v, symmetric and negative semi-definite.
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
+  /// Adds the change of the viscous forces between the state of the last add_elastic_forces() and `seconds`
+  /// later, for particles that keep the velocities `v` (m/s), to `force` (N); see Springs::add_turn_forces().
+  void add_turn_forces(const std::vector<Vec3>& v, double seconds, std::vector<Vec3>& force);
   /// Adds the viscous forces like add_damping_forces(), in single precision.
   void add_damping_forces_single(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
     add_dashpot_forces(dashpots_, sums_, v, force);
@@ -114,7 +117,8 @@ class AltitudeSprings {
     // True for an altitude between two edges, false for one from the first corner to the face of the others.
     mask8 between_edges;
     double8 rest_length, stiffness, viscosity;  // m; N/m; N s/m
-    std::array<double8, 4> weight;              // of the last add_elastic_forces(), as is the normal
+    std::array<double8, 4> weight;              // of the last add_elastic_forces(), as the next two
+    double8 length;                             // m
     vector8 normal;
   };
   // Signed length (m), unit direction and weights of altitudes at some positions.

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <vector>
 
 #include "sim/base/pack_vector.h"
@@ -18,6 +19,16 @@ namespace duet {
 /// Returns the omega^2 4 / reach^2 (rad^2/s^2) whose stability limit 2 / omega is `reach` seconds;
 /// infinite if `reach` is not positive.
 double relaxed_omega_squared(double reach);
+
+/// Returns the rate w^2 t / sqrt(L^2 + w^2 t^2) at which a vector of length L changes its length t seconds
+/// after it has begun to move by `rate`, of which w is the part across its unit direction.
+inline double8 turn_rate(const vector8& direction, const double8& length, const vector8& rate,
+                         double seconds) {
+  const double8 along = dot(direction, rate);
+  const double8 across = max_of(dot(rate, rate) - along * along, double8{});
+  const double8 squared = length * length + seconds * seconds * across;
+  return (seconds * across) / sqrt_of(max_of(squared, double8{} + std::numeric_limits<double>::min()));
+}
 
 /// The dashpots of one batch of springs on `N` particles each, in groups of `R` that share their particles.
 template <std::size_t N, std::size_t R = 1>

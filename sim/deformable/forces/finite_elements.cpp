@@ -332,7 +332,7 @@ void FiniteElements::add_elastic_forces(const std::vector<Vec3>& x, std::vector<
   max_omega_squared_ = *std::max_element(particle_frequency_.begin(), particle_frequency_.end());
 }
 
-Matrix3<double8> FiniteElements::damping_stress(std::size_t b, const Matrix3<double8>& Fdot) const {
+Matrix3<double8> FiniteElements::stress_of_rate(std::size_t b, const Matrix3<double8>& A) const {
   const Matrix3<double8>& F = deformation_[b];
   const Moduli here = moduli(b);
   const double8 &mu = here.mu, &lambda = here.lambda;
@@ -341,9 +341,13 @@ Matrix3<double8> FiniteElements::damping_stress(std::size_t b, const Matrix3<dou
       (bounded_damping(material_of_batch(b).moduli.damping, dt_ * elastic_omega_squared_) + added_damping_);
   // With added damping steps are as long as frames, and the greater viscosity of stretched elements smooths
   // their way out of a tangle.
-  if (added_damping_ > 0) return viscous_stress<double8>(mu, volume_share(F) * lambda, damping, F, Fdot);
-  const Matrix3<double8> stress = viscous_stress<double8>(mu, lambda, damping / excess_damping(F), F, Fdot);
-  if (!is_damped_[b]) return stress;
+  if (added_damping_ > 0) return stress_of_strain_rate<double8>(mu, volume_share(F) * lambda, damping, F, A);
+  return stress_of_strain_rate<double8>(mu, lambda, damping / excess_damping(F), F, A);
+}
+
+Matrix3<double8> FiniteElements::damping_stress(std::size_t b, const Matrix3<double8>& Fdot) const {
+  const Matrix3<double8> stress = stress_of_rate(b, transposed_times(deformation_[b], Fdot));
+  if (added_damping_ > 0 || !is_damped_[b]) return stress;
   return stress + compression_viscosity_[b] * Fdot;
 }
 
@@ -353,6 +357,15 @@ void FiniteElements::add_damping_forces(const std::vector<Vec3>& v, std::vector<
   });
   sums_.add_to(force);
   add_drag(v, force);
+}
+
+void FiniteElements::add_turn_forces(const std::vector<Vec3>& v, double seconds, std::vector<Vec3>& force) {
+  sums_.fill_from(v, [&](std::size_t b, const double4* rows, double4* sums) {
+    const Matrix3<double8> Fdot = gradient(batches_[b], rows);
+    const Matrix3<double8> A = (double8{} + seconds) * transposed_times(Fdot, Fdot);
+    spread_forces(batches_[b], stress_of_rate(b, A), double8{}, sums);
+  });
+  sums_.add_to(force);
 }
 
 void FiniteElements::add_damping_forces_single(const std::vector<Vec3>& v, std::vector<Vec3>& force) {

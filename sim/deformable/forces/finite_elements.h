@@ -71,6 +71,13 @@ class FiniteElements {
   /// Adds the viscous forces for the velocities `v` (m/s) at the last deformation gradients to `force` (N):
   /// linear in v, symmetric and negative semi-definite.
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
+  /// Adds the change of the viscous forces between the state of the last add_elastic_forces() and `seconds`
+  /// later, for particles that keep the velocities `v` (m/s), to `force` (N).
+  ///
+  /// The strain rate sym(F^T F') of the velocity gradient F' becomes F'^T F' t larger within t seconds.
+  /// Without that, the velocities of a body that has turned meanwhile seem to shrink it. Damping of
+  /// compression and mass-proportional damping are left as they are.
+  void add_turn_forces(const std::vector<Vec3>& v, double seconds, std::vector<Vec3>& force);
   /// Adds the viscous forces in single precision: to about 1e-7 of the forces of each element, with half the
   /// memory traffic.
   ///
@@ -249,6 +256,8 @@ class FiniteElements {
                                 const double8& soft, const double8& bound);
   // Returns the viscous stress of a batch for the rate `Fdot` (1/s), Pa.
   Matrix3<double8> damping_stress(std::size_t batch, const Matrix3<double8>& Fdot) const;
+  // Returns its part that is a function of the strain rate sym(A), 1/s.
+  Matrix3<double8> stress_of_rate(std::size_t batch, const Matrix3<double8>& A) const;
   // Adds the forces of mass-proportional damping.
   void add_drag(const std::vector<Vec3>& v, std::vector<Vec3>& force) const;
 

@@ -137,6 +137,17 @@ void InternalForces::add_damping_forces(const std::vector<Vec3>& v, std::vector<
   for_each_other(*this, [&](auto& other) { other.add_damping_forces(v, force); });
 }
 
+void InternalForces::add_turn_forces(const std::vector<Vec3>& v, double seconds, std::vector<Vec3>& force) {
+  if (seconds == 0) return;
+  elements.add_turn_forces(v, seconds, force);
+  membranes.add_turn_forces(v, seconds, force);
+  edge_springs.add_turn_forces(v, seconds, force);
+  altitude_springs.add_turn_forces(v, seconds, force);
+  bending_springs.add_turn_forces(v, seconds, force);
+  rod_bending.add_turn_forces(v, seconds, force);
+  shell_bending.add_turn_forces(v, seconds, force);
+}
+
 void InternalForces::add_damping_forces_single(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
   elements.add_damping_forces_single(v, force);
   for_each_other(*this, [&](auto& other) {

@@ -54,6 +54,13 @@ class InternalForces {
   /// Adds the viscous forces for the velocities `v` (m/s) in the state of the last add_elastic_forces() to
   /// `force` (N): linear in v, symmetric and negative semi-definite.
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
+  /// Adds the change of the viscous forces between the state of the last add_elastic_forces() and `seconds`
+  /// later, for particles that keep the velocities `v` (m/s), to `force` (N).
+  ///
+  /// A solve finds velocities at a later time than that of the state. These turn with the body, and their
+  /// viscous forces alone would resist the turn as a contraction: a body that spins would grow, and gain
+  /// energy while it does. Zero-length springs and mass-proportional damping have no such part.
+  void add_turn_forces(const std::vector<Vec3>& v, double seconds, std::vector<Vec3>& force);
   /// Adds the viscous forces like add_damping_forces(), in single precision except those of membranes and
   /// zero-length springs.
   void add_damping_forces_single(const std::vector<Vec3>& v, std::vector<Vec3>& force);

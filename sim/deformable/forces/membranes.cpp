@@ -135,6 +135,16 @@ void Membranes::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>
   });
 }
 
+void Membranes::add_turn_forces(const std::vector<Vec3>& v, double seconds, std::vector<Vec3>& force) {
+  add_forces(force, [&](std::size_t b) {
+    const Batch& batch = batches_[b];
+    const Columns rate = gradient(batch, v);
+    const Columns P = times(batch.F, stress(batch, strain_rate(rate, rate)));
+    const double8 damping = seconds * batch.damping;
+    return Columns{damping * P.x, damping * P.y};
+  });
+}
+
 void Membranes::add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force) {
   add_forces(force, [&](std::size_t b) {
     const Batch& batch = batches_[b];

@@ -48,6 +48,11 @@ class Membranes {
   /// Adds the viscous forces for the velocities `v` (m/s) in the state of the last add_elastic_forces() to
   /// `force` (N): linear in v, symmetric and negative semi-definite.
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
+  /// Adds the change of the viscous forces between the state of the last add_elastic_forces() and `seconds`
+  /// later, for particles that keep the velocities `v` (m/s), to `force` (N).
+  ///
+  /// See FiniteElements::add_turn_forces().
+  void add_turn_forces(const std::vector<Vec3>& v, double seconds, std::vector<Vec3>& force);
   /// Adds the change of the elastic forces for displacements `dx` (m) from the state of the last
   /// add_elastic_forces() to `force` (N).
   ///

@@ -49,7 +49,7 @@ void Springs<N, R>::finalize(std::size_t particle_count) {
       row.rest_length[lane] = springs[r].rest_length;
       row.stiffness[lane] = pads ? 0 : springs[r].stiffness;
       row.viscosity[lane] = pads ? 0 : springs[r].viscosity;
-      row.geometric_stiffness[lane] = 0;
+      row.geometric_stiffness[lane] = row.length[lane] = 0;
     }
   }
   sums_.build(batches_, particle_count);
@@ -111,6 +111,7 @@ void Springs<N, R>::add_elastic_forces(const std::vector<Vec3>& x, std::vector<V
       const double8 divisor = select(length > shortest, length, shortest);
       const mask8 extends = divisor > double8{};
       const double8 inverse = select(extends, 1.0 / select(extends, divisor, double8{} + 1.0), double8{});
+      row.length = length;
       row.direction = inverse * d;
       const double8 side = row.stiffness * (1.0 - row.rest_length * inverse);
       row.geometric_stiffness = select(side > double8{}, side, double8{});
@@ -130,6 +131,13 @@ template <std::size_t N, std::size_t R>
 void Springs<N, R>::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
   add_forces(v, force, [](const Row& row, const vector8& difference) {
     return (-row.viscosity * dot(row.direction, difference)) * row.direction;
+  });
+}
+
+template <std::size_t N, std::size_t R>
+void Springs<N, R>::add_turn_forces(const std::vector<Vec3>& v, double seconds, std::vector<Vec3>& force) {
+  add_forces(v, force, [seconds](const Row& row, const vector8& difference) {
+    return (-row.viscosity * turn_rate(row.direction, row.length, difference, seconds)) * row.direction;
   });
 }
 

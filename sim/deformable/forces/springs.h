@@ -71,6 +71,13 @@ class Springs {
   /// Adds the viscous forces for the velocities `v` (m/s) in the directions of the last add_elastic_forces()
   /// to `force` (N): linear in v, symmetric and negative semi-definite.
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
+  /// Adds the change of the viscous forces between the state of the last add_elastic_forces() and `seconds`
+  /// later, for particles that keep the velocities `v` (m/s), to `force` (N).
+  ///
+  /// If d turns by w t within t seconds, its length changes faster by w^2 t / sqrt(|d|^2 + w^2 t^2), where w
+  /// is the part of d' across d. Without that, velocities of the later time seem to shorten a spring that
+  /// turns, and a rope that whips gains energy.
+  void add_turn_forces(const std::vector<Vec3>& v, double seconds, std::vector<Vec3>& force);
   /// Adds the viscous forces like add_damping_forces(), in single precision.
   void add_damping_forces_single(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
     add_dashpot_forces(dashpots_, sums_, v, force);
@@ -109,7 +116,8 @@ class Springs {
   struct Row {
     std::array<double8, N> weight;
     double8 rest_length, stiffness, viscosity;  // the last two are zero in the lanes that pad the last batch
-    vector8 direction;                          // u of the last add_elastic_forces()
+    double8 length;                             // |d| of the last add_elastic_forces()
+    vector8 direction;                          // u then
     double8 geometric_stiffness;  // N/m, geometric stiffness k (1 - L / |d|) then, or 0 if that is negative
 
     // Returns sum w_i of `values`, those of the particles.

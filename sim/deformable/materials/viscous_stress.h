@@ -22,18 +22,15 @@ T excess_damping(const Matrix3<T>& F) {
   return min_of(max_of(square * (1.0 / 3), T{} + least), T{} + most);
 }
 
-/// Returns the viscous first Piola-Kirchhoff stress (Pa) for the velocity gradient `Fdot` (1/s) at the
-/// deformation gradient `F`.
+/// Returns the viscous first Piola-Kirchhoff stress (Pa) for a rate of the Green strain, the symmetric part
+/// of `A` (1/s), at the deformation gradient `F`.
 ///
-///     P = F (2 b Edot + a tr(Edot) 1),   Edot = sym(F^T Fdot),   a = damping lambda,   b = damping mu
+///     P = F (2 b sym(A) + a tr(A) 1),   a = damping lambda,   b = damping mu
 ///
-/// Edot is the rate of the Green strain. `mu` and `lambda` are the elastic moduli (Pa) and `damping` (s) the
-/// ratio of viscous to elastic moduli. The stress is linear in Fdot, symmetric and dissipative. Unlike a law
-/// on the rotated F it keeps angular momentum exactly, because P F^T is symmetric.
+/// `mu` and `lambda` are the elastic moduli (Pa) and `damping` (s) the ratio of viscous to elastic moduli.
 template <class T>
-Matrix3<T> viscous_stress(const T& mu, const T& lambda, const T& damping, const Matrix3<T>& F,
-                          const Matrix3<T>& Fdot) {
-  const Matrix3<T> A = transposed_times(F, Fdot);
+Matrix3<T> stress_of_strain_rate(const T& mu, const T& lambda, const T& damping, const Matrix3<T>& F,
+                                 const Matrix3<T>& A) {
   const T trace = damping * lambda * (A[0][0] + A[1][1] + A[2][2]);
   const T b = damping * mu;
   Matrix3<T> S;
@@ -41,6 +38,17 @@ Matrix3<T> viscous_stress(const T& mu, const T& lambda, const T& damping, const 
     for (int j = 0; j < 3; ++j) S[i][j] = b * (A[i][j] + A[j][i]);
   for (int i = 0; i < 3; ++i) S[i][i] = S[i][i] + trace;
   return F * S;
+}
+
+/// Returns the viscous first Piola-Kirchhoff stress (Pa) for the velocity gradient `Fdot` (1/s) at the
+/// deformation gradient `F`: that of the strain rate sym(F^T Fdot).
+///
+/// The stress is linear in Fdot, symmetric and dissipative. Unlike a law on the rotated F it keeps angular
+/// momentum exactly, because P F^T is symmetric.
+template <class T>
+Matrix3<T> viscous_stress(const T& mu, const T& lambda, const T& damping, const Matrix3<T>& F,
+                          const Matrix3<T>& Fdot) {
+  return stress_of_strain_rate(mu, lambda, damping, F, transposed_times(F, Fdot));
 }
 
 }  // namespace duet
