@@ -269,7 +269,8 @@ Touch touch_on_face(const Bodies& bodies, const ContactPoint& contact, const Pos
 }
 
 // Returns the touch of a place on a deformable guest's edge with a round host. The normal is at right angles
-// to the edge.
+// to the edge. The gap is that of the place on the line of the edge that is nearest to the ball about the
+// middle of the host there: a host that rolls moves it away from the place.
 Touch touch_on_edge(const Bodies& bodies, const ContactPoint& contact, const Pose& host_pose, const Vec3& x) {
   const LevelSet& shape = bodies.rigid.properties[as_index(contact.host)].shape;
   const std::array<int, 4>& p = contact.on_surface.particle;
@@ -277,9 +278,9 @@ Touch touch_on_edge(const Bodies& bodies, const ContactPoint& contact, const Pos
   const Vec3 in_host = host_pose.to_body(x), nearest = host_pose.orientation * shape.normal(in_host);
   const Vec3 across = nearest - nearest.dot(along) * along;
   const double length = across.norm();
-  const double distance = shape.distance(in_host);
-  return {x, length > 0 ? Vec3(across / length) : nearest, distance,
-          x - (distance + radius_of_ball(shape)) * nearest};
+  const double radius = radius_of_ball(shape), to_middle = shape.distance(in_host) + radius;
+  return {x, length > 0 ? Vec3(across / length) : nearest, to_middle * length - radius,
+          x - to_middle * nearest};
 }
 
 // Returns the touch of a contact on an edge or a face of a deformable guest, with the place at `x` (m,

@@ -366,6 +366,16 @@ std::optional<EdgeContact> nearest_place_on_edge(const Vec3& first, const Vec3& 
   return found;
 }
 
+// Returns whether an edge (m, host's body space) is at an angle of 60 degrees or more to the axis of a
+// cylinder, which is the y axis. It then touches the side at one place.
+bool crosses_axis(const Vec3& first, const Vec3& second) {
+  const Vec3 edge = second - first;
+  return std::abs(edge.y()) <= 0.5 * edge.norm();
+}
+
+// Returns whether a place touches the side of a cylinder, and not its rim or an end.
+bool is_round_there(const EdgePoint& edge) { return std::abs(edge.normal.y()) < 1e-6; }
+
 }  // namespace
 
 bool is_swept_by_ball(const LevelSet& shape) {
@@ -412,6 +422,10 @@ std::optional<EdgeContact> edge_contact_on(const Vec3& first, const Vec3& second
   const double reach = margin + host.tolerance();
   if (host.distance((first + second) / 2) - length / 2 > reach) return std::nullopt;
   if (is_swept_by_ball(host)) return nearest_place_on_edge(first, second, parts, host, margin);
+  if (host.kind == LevelSet::Kind::cylinder && crosses_axis(first, second))
+    if (const auto found = nearest_place_on_edge(first, second, parts, host, margin);
+        found && is_round_there(found->edge))
+      return found;
   const auto place = [&](double at) { return first + at / parts * (second - first); };
   distance.clear();
   for (int i = 0; i <= parts; ++i) distance.push_back(host.distance(place(i)));
