@@ -383,17 +383,26 @@ double JointSolver::stabilize_and_control(const Articulation& articulation, Rigi
       });
 }
 
-void JointSolver::structure_impulses(std::vector<Vec3>& linear, std::vector<Vec3>& angular) const {
+template <class Counts>
+void JointSolver::sum_impulses(std::vector<Vec3>& linear, std::vector<Vec3>& angular, Counts&& counts) const {
   linear.assign(predicted_.size(), Vec3::Zero());
   angular.assign(predicted_.size(), Vec3::Zero());
   for_each_row([&](std::size_t j, std::size_t r) {
     const JointRow& row = rows_[r];
-    if (row.role != RowRole::structure) return;
+    if (!counts(row.role)) return;
     linear[ends_[j].child] += impulse_[r] * row.linear;
     linear[ends_[j].parent] -= impulse_[r] * row.linear;
     angular[ends_[j].child] += impulse_[r] * row.child_moment;
     angular[ends_[j].parent] -= impulse_[r] * row.parent_moment;
   });
+}
+
+void JointSolver::structure_impulses(std::vector<Vec3>& linear, std::vector<Vec3>& angular) const {
+  sum_impulses(linear, angular, [](RowRole role) { return role == RowRole::structure; });
+}
+
+void JointSolver::drive_impulses(std::vector<Vec3>& linear, std::vector<Vec3>& angular) const {
+  sum_impulses(linear, angular, [](RowRole role) { return role != RowRole::structure; });
 }
 
 void JointSolver::prepare_projection(const RigidBodies& rigid) {

@@ -82,6 +82,8 @@ class JointSolver {
   /// `linear` is in N s, `angular` in N m s about the body's center of mass; both get one entry per rigid
   /// body.
   void structure_impulses(std::vector<Vec3>& linear, std::vector<Vec3>& angular) const;
+  /// Sums the impulses of the other rows, of control, friction and limits, in the same way.
+  void drive_impulses(std::vector<Vec3>& linear, std::vector<Vec3>& angular) const;
   /// An impulse that bodies of infinite mass have given to dynamic bodies through joints.
   struct Outside {
     Vec3 linear = Vec3::Zero(),  ///< N s
@@ -150,6 +152,9 @@ class JointSolver {
   // Factors J M^-1 J^T for the rows that are free now, unless the factors at hand are those. See
   // BlockFactor::factor for `softness`.
   void factor(const RigidBodies& rigid, double softness = 0);
+  // Sums the impulses of the rows whose role `counts` accepts on every rigid body.
+  template <class Counts>
+  void sum_impulses(std::vector<Vec3>& linear, std::vector<Vec3>& angular, Counts&& counts) const;
   // Clears all impulses, frees the structure rows without bounds, and holds all other rows at zero.
   void free_structure_only();
   // Applies the impulses that change the velocities of free rows by residual_.

@@ -41,6 +41,9 @@ void visit_state(World& world, std::int64_t& frame, double& omega_squared, Visit
     visit(values->data(), values->size() * sizeof(Vec3));
   std::vector<Vec3>& friction = world.context.surface_friction_n;
   visit(friction.data(), friction.size() * sizeof(Vec3));
+  RigidForces& drive = world.context.joint_drive_n;
+  for (std::vector<Vec3>* values : {&drive.linear, &drive.angular})
+    visit(values->data(), values->size() * sizeof(Vec3));
   std::vector<double>& pressure = world.context.pressure_n;
   visit(pressure.data(), pressure.size() * sizeof(double));
 }
@@ -268,6 +271,9 @@ void check_state(const World& loaded, std::int64_t frame, const std::vector<Rigi
        {&acceleration.particle, &acceleration.linear, &acceleration.angular})
     check_all(std::span(*values), "the last solve", "acceleration");
   check_all(std::span(loaded.context.surface_friction_n), "the last step", "friction between surfaces");
+  const RigidForces& drive = loaded.context.joint_drive_n;
+  for (const std::vector<Vec3>* values : {&drive.linear, &drive.angular})
+    check_all(std::span(*values), "the last step", "force of joints");
   check_all(std::span<const double>(loaded.context.pressure_n), "the last solve", "pressure");
   check_pairs(bodies, loaded.context.pair_forces_n);
   const ContactCache& memory = loaded.context.contact_cache;

@@ -237,6 +237,8 @@ void carry_over(World& from, World& to) {
   to.context.acceleration = from.context.acceleration;
   if (to.context.surface_friction_n.size() == from.context.surface_friction_n.size())
     to.context.surface_friction_n = from.context.surface_friction_n;
+  if (to.context.joint_drive_n.linear.size() == from.context.joint_drive_n.linear.size())
+    to.context.joint_drive_n = from.context.joint_drive_n;
   if (to.context.pressure_n.size() == from.context.pressure_n.size())
     to.context.pressure_n = from.context.pressure_n;
   if (to.bodies.particles.size() == from.bodies.particles.size())

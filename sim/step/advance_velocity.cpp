@@ -10,15 +10,33 @@ namespace duet {
 
 namespace {
 
+// Adds the velocities that the applied forces make in `dt` (s) to v.
+void add_applied(const World& world, double dt, GeneralizedVelocity& v) {
+  const AppliedForces& applied = world.applied;
+  if (!applied.any) return;
+  const RigidBodies& rigid = world.bodies.rigid;
+  for (std::size_t p = 0; p < v.particle.size(); ++p)
+    v.particle[p] += dt * world.bodies.particles.inverse_mass[p] * applied.particle[p];
+  for (std::size_t i = 0; i < rigid.size(); ++i) {
+    v.linear[i] += dt * rigid.properties[i].inverse_mass * applied.linear[i];
+    if (rigid.properties[i].is_dynamic())
+      v.angular[i] += dt * (rigid.state[i].inverse_inertia * applied.angular[i]);
+  }
+  add_force_twists(rigid, world.bodies.bound, applied.particle, dt, v.linear, v.angular);
+}
+
 // Sets right_side to the velocities v now, with gravity over `dt` (s) on dynamic bodies, and with the
 // velocities of kinematic bodies that are interpolated to the fraction dt/(t^{n+1} - t^n) of the step.
-// Gyroscopic motion needs no force, because the solve leaves angular momentum as it is.
-void begin_solve(World& world, StepContext& context, double dt) {
+// Gyroscopic motion needs no force, because the solve leaves angular momentum as it is. `known` are the
+// forces from outside the solve.
+void begin_solve(World& world, StepContext& context, double dt, const KnownForces& known) {
   Bodies& bodies = world.bodies;
   const double at = dt / context.dt;
   to_generalized(bodies, context.right_side);
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
     if (bodies.rigid.properties[i].is_dynamic()) context.right_side.linear[i] += dt * world.gravity;
+  add_joint_drive(bodies, *known.drive, dt, context.right_side);
+  add_applied(world, known.applied_for, context.right_side);
   for (const KinematicStep& step : context.kinematic) {
     const RigidState& start = bodies.rigid.state[step.body];
     const auto reached = [&](const Vec3& from, const Vec3& to) { return Vec3((1 - at) * from + at * to); };
@@ -187,10 +205,10 @@ bool solve_with_damping(World& world, StepContext& context, double dt, ContactPr
   return std::isfinite(result.residual);
 }
 
-void solve_velocity(World& world, StepContext& context, double dt, ContactProjection* projection,
-                    bool at_end) {
+void solve_velocity(World& world, StepContext& context, double dt, const KnownForces& known,
+                    ContactProjection* projection, bool at_end) {
   Particles& particles = world.bodies.particles;
-  begin_solve(world, context, dt);
+  begin_solve(world, context, dt, known);
   if (!world.settings.implicit_elasticity || !world.has_internal_forces()) {
     solve_semi_implicitly(world, context, dt, projection, at_end);
     return;
@@ -210,6 +228,15 @@ void solve_velocity(World& world, StepContext& context, double dt, ContactProjec
                 context.solution.particle);
   satisfy_contacts(world.bodies, dt, {}, context, projection);
   context.converged = find_velocity(world, context, {.dt = dt, .is_elastic = true, .projection = projection});
+}
+
+void add_joint_drive(const Bodies& bodies, const RigidForces& drive, double dt, GeneralizedVelocity& v) {
+  if (drive.linear.empty()) return;
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
+    if (!bodies.rigid.properties[i].is_dynamic()) continue;
+    v.linear[i] += dt * bodies.rigid.properties[i].inverse_mass * drive.linear[i];
+    v.angular[i] += dt * (bodies.rigid.state[i].inverse_inertia * drive.angular[i]);
+  }
 }
 
 void apply_rigid_fallback(const World& world, StepContext& context, bool after_contact) {
@@ -298,7 +325,7 @@ void advance_semi_implicitly(World& world, StepContext& context) {
   find_explicit_forces(world, context);
   const double seconds = damping_at(world) * context.dt;
   if (world.has_internal_forces()) bodies.forces.add_turn_forces(particles.v, seconds, context.force);
-  solve_velocity(world, context, seconds, projection, false);
+  solve_velocity(world, context, seconds, {&context.joint_drive_n, seconds}, projection, false);
   for (std::size_t p = 0; p < particles.size(); ++p)
     particles.v[p] += dt * particles.inverse_mass[p] * context.force[p];
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
@@ -317,10 +344,14 @@ void advance_implicitly(World& world, StepContext& context) {
     context.joints.prepare_projection(bodies.rigid);
     joints->add_joints(context.joints);
   }
-  solve_velocity(world, context, context.dt / 2, joints, false);
+  const double dt = context.dt / 2;
+  solve_velocity(world, context, dt, {&context.joint_drive_n, dt}, joints, false);
   bodies.particles.x = context.x_n;
   if (!context.converged) apply_rigid_fallback(world, context, false);
   VelocitySystem::subtract(context.solution, context.right_side, context.solved_change);
+  // Later stages give what the solve knows: applied forces, control, friction and limits of joints.
+  add_applied(world, -dt, context.solution);
+  add_joint_drive(bodies, context.joint_drive_n, -dt, context.solution);
   bodies.particles.v = context.solution.particle;
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
     bodies.rigid.state[i].velocity = context.solution.linear[i];

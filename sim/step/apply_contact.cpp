@@ -30,6 +30,20 @@ void sweep_contacts(World& world, StepContext& context, int round,
                      [&] { propagate_shocks(world.bodies, context.graph, settings, context.contacts); });
 }
 
+// Returns the time for which impulses act, s.
+double duration_of(const StepContext& context, ContactSolve solve) {
+  return solve == ContactSolve::at_end ? context.dt : context.dt / 2;
+}
+
+// Sets context.joint_drive to the mean forces of the last joint solve.
+void find_joint_drive(const World& world, StepContext& context, ContactSolve solve) {
+  if (!world.has_internal_forces()) return;
+  RigidForces& drive = context.joint_drive;
+  context.joints.drive_impulses(drive.linear, drive.angular);
+  for (std::vector<Vec3>* values : {&drive.linear, &drive.angular})
+    for (Vec3& value : *values) value /= duration_of(context, solve);
+}
+
 // Solves for the joints with their control, and returns their largest violation before, m/s or rad/s.
 double solve_joints(World& world, StepContext& context, ContactSolve solve) {
   double off = 0;
@@ -40,6 +54,7 @@ double solve_joints(World& world, StepContext& context, ContactSolve solve) {
               : context.joints.pre_stabilize(articulation, world.bodies.rigid, context.end_pose, context.dt,
                                              world.settings.orientation);
   });
+  find_joint_drive(world, context, solve);
   return off;
 }
 
@@ -48,8 +63,7 @@ double solve_joints(World& world, StepContext& context, ContactSolve solve) {
 void control_joints(World& world, StepContext& context, ContactSolve solve) {
   if (world.touches())
     context.articulated_response.prepare(world.bodies, context.joints, true, context.contacts);
-  context.joints.begin_impulses(world.bodies.articulation,
-                                solve == ContactSolve::at_end ? context.dt : context.dt / 2);
+  context.joints.begin_impulses(world.bodies.articulation, duration_of(context, solve));
   solve_joints(world, context, solve);
 }
 

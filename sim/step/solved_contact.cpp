@@ -250,6 +250,7 @@ void solve_contact_at_end(World& world, StepContext& context) {
   add_forces(bodies, context.explicit_force, dt, b);
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
     if (bodies.rigid.properties[i].is_dynamic()) b.linear[i] += dt * world.gravity;
+  add_joint_drive(bodies, context.joint_drive, dt, b);
   for (const KinematicStep& step : context.kinematic) {
     b.linear[step.body] = bodies.rigid.state[step.body].velocity;
     b.angular[step.body] = bodies.rigid.state[step.body].angular_velocity;
@@ -289,11 +290,13 @@ void solve_contact_at_end(World& world, StepContext& context) {
   for (std::size_t p = 0; p < bodies.particles.size(); ++p)
     context.force[p] = context.explicit_force[p] + context.damping_force[p];
   // The sweeps of V.4 start from twice the impulses that contacts hold, so that half of them are stored. V.4
-  // applies them again; they are taken out of the velocities here.
+  // applies them again, and finds control, friction and limits of joints anew; both are taken out of the
+  // velocities here.
   context.contact_forces.store(0.5, context.contacts);
   context.contact_forces.store_pairs(dt, context.pair_forces_next);
   context.right_side = context.solution;
   context.contact_forces.add_stored_velocities(-1, context.right_side);
+  add_joint_drive(bodies, context.joint_drive, -dt, context.right_side);
   if (!world.settings.implicit_elasticity) {
     context.solve_from_outside = context.contact_forces.impulse_of_pins(bodies.particles);
     if (!has_converged)

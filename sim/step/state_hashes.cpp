@@ -90,6 +90,12 @@ void add_state(Writer& writer, const World& world) {
   const auto acts = [](const Vec3& force) { return !force.isZero(0); };
   if (std::any_of(friction.begin(), friction.end(), acts))  // else as without surfaces that touch
     add_scene("friction between surfaces", hash_values(friction.data(), friction.size()));
+  const RigidForces& drive = world.context.joint_drive_n;
+  if (std::any_of(drive.linear.begin(), drive.linear.end(), acts) ||
+      std::any_of(drive.angular.begin(), drive.angular.end(), acts)) {
+    add_scene("forces of joints", hash_values(drive.linear.data(), drive.linear.size()));
+    add_scene("moments of joints", hash_values(drive.angular.data(), drive.angular.size()));
+  }
   const std::vector<double>& pressure = world.context.pressure_n;
   if (!pressure.empty())
     add_scene("pressures", hash_bytes(pressure.data(), pressure.size() * sizeof(double)));

@@ -81,6 +81,7 @@ bool step(World& world, double time, double dt, Refusal* refusal) {
   if (world.has(Effect::self_repulsion)) std::swap(context.surface_friction_n, context.surface_friction_next);
   std::swap(context.pressure_n, context.pressure_next);
   std::swap(context.pair_forces_n, context.pair_forces_next);
+  std::swap(context.joint_drive_n, context.joint_drive);
   world.stage_hashes.end_step(world);
   return true;
 }

@@ -184,6 +184,13 @@ void add_held_pressures(World& world, StepContext& context, double dt, std::vect
 /// makes the first count with -1.
 void count_middle_forces(World& world, StepContext& context, double sign);
 
+/// Forces from outside that a velocity solve has to know: damping acts on the velocities that they leave.
+struct KnownForces {
+  const RigidForces* drive;  ///< those of control, friction and limits of joints
+  double applied_for;        ///< s, for which the solve adds the applied forces
+};
+/// Adds the velocities that the forces `drive` make in `dt` (s) to v.
+void add_joint_drive(const Bodies& bodies, const RigidForces& drive, double dt, GeneralizedVelocity& v);
 /// Solves for the implicit velocity of I.1 or V.2:
 ///
 ///     V = v + dt M^-1 (F + F_damping(V))
@@ -194,8 +201,8 @@ void count_middle_forces(World& world, StepContext& context, double sign);
 /// x^n + dt V; the solve leaves the particles there, and context.balanced says whether it converged.
 ///
 /// `projection` holds the constraints on V, or is null. `at_end` is true in V.2 and false in I.1.
-void solve_velocity(World& world, StepContext& context, double dt, ContactProjection* projection,
-                    bool at_end);
+void solve_velocity(World& world, StepContext& context, double dt, const KnownForces& known,
+                    ContactProjection* projection, bool at_end);
 /// Solves V = b + dt M^-1 F_damping(V) by conjugate gradients, for the damping alone.
 ///
 /// The search starts at context.solution and leaves V there; b is context.right_side, which is overwritten.

@@ -61,7 +61,10 @@ void find_middle_forces(World& world, StepContext& context) {
 // quarters at most a third of such a motion is reversed.
 void constrained_solve(World& world, StepContext& context) {
   const AtMiddle at_middle(world);
-  solve_velocity(world, context, world.settings.damping_at * context.dt, &context.projection, true);
+  // v-^n has the applied forces of the whole step.
+  const double seconds = world.settings.damping_at * context.dt;
+  solve_velocity(world, context, seconds, {&context.joint_drive, seconds - context.dt}, &context.projection,
+                 true);
 }
 
 // v_**^{n+1} = v-^n + dt M^-1 (F + F_damping(V)) without P, as in the paper's section 7.2: the projections of

@@ -73,6 +73,12 @@ struct StepCounters {
   std::int64_t impact_zone_particles = 0;  ///< particles in rigid impact zones
 };
 
+/// Forces on all rigid bodies, or nothing.
+struct RigidForces {
+  std::vector<Vec3> linear,  ///< N, at the center of mass
+      angular;               ///< N m, about the center of mass, world axes
+};
+
 /// One step's own values: sizes, times, the paper's named velocities, and scratch that keeps its storage.
 ///
 /// Members that are called state are read by the next step and belong to checkpoints.
@@ -103,6 +109,10 @@ struct StepContext {
       joints_from_outside;  ///< what fixed bodies gave through joints in finish_positions, for the ledger
   std::vector<Vec3> joint_push,  ///< N s, impulse of joints on each rigid body in step III
       joint_turn;                ///< N m s, angular impulse of joints on each rigid body in step III
+
+  RigidForces
+      joint_drive_n,  ///< forces of control, friction and limits of joints in the last step's V; state
+      joint_drive;    ///< the same of III, then of this step's V
 
   ContactSet contacts;                     ///< contacts of this step
   ContactGraph graph;                      ///< order in which contact visits them

@@ -447,6 +447,8 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
     bodies.linked = linked_bodies(bodies);
     world.context.joints.analyze(bodies.articulation, bodies.rigid);
     world.context.free_motion.analyze(bodies.articulation, bodies.rigid);
+    for (RigidForces* drive : {&world.context.joint_drive_n, &world.context.joint_drive})
+      drive->linear = drive->angular = std::vector<Vec3>(bodies.rigid.size(), Vec3::Zero());
   }
   built.tet_meshes = meshes.sizes();
   world.plan = plan;
