@@ -239,6 +239,36 @@ TEST(InternalForces, DifferentialsAndDampingAreSemidefinite) {
   }
 }
 
+// Particles that turn with the angular velocity w about an axis have the velocities v = w x r, and
+// v + t w x (w x r) a time t later. The viscous forces that these have in the state of before are those of
+// Green's strain rate t F'^T F', which the turn forces take away. Rates of lengths are off by their third
+// power of w t.
+TEST(InternalForces, TurnForcesLeaveNoDampingOfATurn) {
+  std::vector<Specimen> all = specimens();
+  const TetMesh block = box_lattice(Vec3(1, 1.2, 0.9), Vec3i(2, 2, 2));
+  all.emplace_back("elements", block.nodes, [&](Specimen& s) {
+    s.forces.elements.add(block.tets, s.rest, {lame_parameters(1e4, 0.3, 0.1), {}, 0});
+  });
+  const Vec3 spin(3, -5, 4);
+  const double t = 0.01;
+  for (Specimen& s : all) {
+    SCOPED_TRACE(s.name);
+    const std::vector<Vec3> x = s.moved(6, 0.05);
+    s.forces.begin_step(x);
+    s.elastic(x);
+    std::vector<Vec3> v, later;
+    for (const Vec3& r : x) {
+      v.push_back(spin.cross(r));
+      later.push_back(v.back() + t * spin.cross(v.back()));
+    }
+    std::vector<Vec3> force = s.damping(later);
+    const double alone = largest(force);
+    ASSERT_GT(alone, 0);
+    s.forces.add_turn_forces(v, t, force);
+    EXPECT_LT(largest(force), 0.5 * spin.squaredNorm() * t * t * alone);
+  }
+}
+
 // The diagonal block of each particle is what damping does to the velocity of that particle alone. Membranes
 // give no blocks.
 TEST(InternalForces, DampingBlocksAreThoseOfTheOperator) {
