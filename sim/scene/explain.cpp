@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -173,15 +174,46 @@ double mass_ratio(const WorldSizes& sizes) {
 
 namespace {
 
-// Returns whether implicit steps weaken joint control that moves bones in flesh. Control acts on the bones
-// before the implicit forces of the flesh, which then take away as much of the motion as the flesh resists
-// within a step.
+// Returns whether implicit steps weaken joint control that moves bones in flesh or presses soft bodies.
+// Control acts on the bodies before the implicit forces of the flesh, which then take away as much of the
+// motion as the flesh resists within a step.
 bool drives_flesh_implicitly(const Scene& scene) {
-  return scene.solver.integration == Integration::implicit &&
+  return scene.solver.integration == Integration::implicit && !scene.deformable.empty() &&
          std::any_of(scene.joints.begin(), scene.joints.end(),
-                     [](const Joint& joint) { return joint.has_control; }) &&
-         std::any_of(scene.deformable.begin(), scene.deformable.end(),
-                     [](const DeformableBody& body) { return !body.attach.empty(); });
+                     [](const Joint& joint) { return joint.has_control; });
+}
+
+// Returns the fastest turn that keyframes and sinusoids of a target ask for, degrees per second: for
+// keyframes the largest mean rate between two.
+double fastest_turn(const JointTarget& target) {
+  double rate = 0;
+  for (const TargetSinusoid& sinusoid : target.sinusoid)
+    rate += 2 * std::numbers::pi / sinusoid.period * sinusoid.turn.norm();
+  double of_keys = 0;
+  for (std::size_t k = 1; k < target.keyframes.size(); ++k) {
+    const TargetKey &from = target.keyframes[k - 1], &to = target.keyframes[k];
+    of_keys = std::max(of_keys, (to.turn - from.turn).norm() / (to.time - from.time));
+  }
+  return rate + of_keys;
+}
+
+// Returns a warning for each joint whose control lags so far behind a fast target that it takes it for one on
+// the other side. The lag is damping over gain, in seconds.
+std::vector<std::string> lag_warnings(const Scene& scene) {
+  constexpr double half_turn = 180;  // degrees
+  std::vector<std::string> found;
+  for (const Joint& joint : scene.joints) {
+    if (!joint.has_control || joint.control.lead || !(joint.control.gain > 0)) continue;
+    const double lag = joint.control.damping.value_or(2 * std::sqrt(joint.control.gain)) / joint.control.gain,
+                 behind = fastest_turn(joint.control.target) * lag;
+    if (behind > half_turn)
+      found.push_back(
+          fmt::format("joint `{}`: its control follows the target {:.3g} s later, which is {:.3g} degrees "
+                      "here; from a half "
+                      "turn on it turns the other way: set control.lead = true, or a larger control.gain",
+                      joint.name, lag, behind));
+  }
+  return found;
 }
 
 // Returns whether incompressible bodies may gain energy, because damping acts on the velocities that contact
@@ -248,9 +280,10 @@ std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, co
         mass_ratio(sizes), large_mass_ratio));
   if (drives_flesh_implicitly(scene))
     found.emplace_back(
-        "joints with control that move bones in flesh are weaker in implicit steps, the longer these are: "
-        "for "
-        "their strength set solver.integration = \"semi_implicit\" or a short solver.max_time_step");
+        "joints with control that move bones in flesh are weaker in implicit steps, and those that press "
+        "soft "
+        "bodies press too deep, the longer these steps are: for their strength set solver.integration = "
+        "\"semi_implicit\" or a short solver.max_time_step");
   if (is_damped_before_pressures(scene))
     found.emplace_back(
         "incompressible bodies in contact may gain energy with solver.velocity_constraints = "
@@ -269,6 +302,13 @@ std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, co
         "the tetrahedra smaller than the bone is thick, or the bone thicker",
         loose.bone, loose.particles == 1 ? "one particle" : fmt::format("{} particles", loose.particles),
         loose.flesh));
+  for (const OffCenterLoad& load : sizes.off_center_loads)
+    found.push_back(
+        fmt::format("`{}` holds {:.3g} kg of flesh by `attach`, {:.3g} m from its center of mass, and counts "
+                    "this mass at "
+                    "its center of mass: set attach_springs, which leave mass where it is",
+                    load.bone, load.mass, load.distance));
+  for (std::string& warning : lag_warnings(scene)) found.push_back(std::move(warning));
   for (std::string& warning : skin_warnings(sizes)) found.push_back(std::move(warning));
   if (std::string warning = step_warning(scene, sizes); !warning.empty()) found.push_back(std::move(warning));
   for (const PlannedEffect& planned : plan.effects)

@@ -24,8 +24,12 @@ void add_impulses(RigidBodies& rigid, int body, const Vec3& impulse, const Vec3&
 
 }  // namespace
 
-Vec3 turned_impulse(const ContactFrame& first, const ContactPoint& contact) {
-  return turned_with(first.normal, contact.normal, first.impulse);
+TurnedImpulse turned_impulse(const ContactFrame& first, const ContactPoint& contact) {
+  const Vec3 turned = turned_with(first.normal, contact.normal, first.impulse);
+  return {.impulse = turned,
+          .to_guest = first.impulse - turned,
+          .turns_guest = first.guest_arm.cross(first.impulse) - contact.guest_arm.cross(turned),
+          .turns_host = contact.host_arm.cross(turned) - first.host_arm.cross(first.impulse)};
 }
 
 void note_frames(const ContactGraph& graph, const ContactSet& contacts, std::vector<ContactFrame>& frames) {
@@ -55,13 +59,10 @@ void act_at_start(std::vector<ContactFrame>& frames, ContactGraph& graph, Bodies
         first.impulse.setZero();
         continue;
       }
-      contact.impulse = turned_impulse(first, contact);
-      const Vec3 difference = first.impulse - contact.impulse;
-      const auto turn = [&](const Vec3& arm_at_start, const Vec3& arm) {
-        return Vec3(arm_at_start.cross(first.impulse) - arm.cross(contact.impulse));
-      };
-      add_impulses(bodies.rigid, contact.guest_rigid, difference, turn(first.guest_arm, contact.guest_arm));
-      add_impulses(bodies.rigid, contact.host, -difference, -turn(first.host_arm, contact.host_arm));
+      const TurnedImpulse turned = turned_impulse(first, contact);
+      contact.impulse = turned.impulse;
+      add_impulses(bodies.rigid, contact.guest_rigid, turned.to_guest, turned.turns_guest);
+      add_impulses(bodies.rigid, contact.host, -turned.to_guest, turned.turns_host);
     }
   });
 }
@@ -83,7 +84,7 @@ Momentum moved_by_turning(const std::vector<ContactFrame>& frames, const Bodies&
       continue;
     }
     const double sign = moves_guest ? 1 : -1;
-    const Vec3 turned = turned_impulse(first, contact);
+    const Vec3 turned = turned_impulse(first, contact).impulse;
     add(moves_guest ? guest + first.guest_arm : host + first.host_arm, sign * first.impulse);
     add(moves_guest ? guest + contact.guest_arm : host + contact.host_arm, -sign * turned);
   }

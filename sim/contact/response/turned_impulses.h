@@ -40,8 +40,15 @@ void note_frames(const ContactGraph& graph, const ContactSet& contacts, std::vec
 void act_at_start(std::vector<ContactFrame>& frames, ContactGraph& graph, Bodies& bodies,
                   ContactSet& contacts);
 
-/// Returns the impulse of a frame, turned to the present normal of its contact, N s.
-Vec3 turned_impulse(const ContactFrame& first, const ContactPoint& contact);
+/// An impulse that acts at the beginning of a step, and what it gives beyond the same impulse at the end.
+struct TurnedImpulse {
+  Vec3 impulse;      ///< N s, on the guest: turned to the present normal of its contact.
+  Vec3 to_guest;     ///< N s, to the guest; the host gets the opposite.
+  Vec3 turns_guest,  ///< N m s, to the guest about its center of mass.
+      turns_host;    ///< N m s, to the host about its center of mass.
+};
+/// Returns the impulse of a frame as it acts at the present place of its contact.
+TurnedImpulse turned_impulse(const ContactFrame& first, const ContactPoint& contact);
 
 /// Calls give(body, impulse, angular impulse) for what act_at_start() gave to each body of each contact, N s
 /// and N m s about the body's center of mass. Bodies of infinite mass are among them.
@@ -51,11 +58,9 @@ void visit_turned(const std::vector<ContactFrame>& frames, const ContactSet& con
     const ContactFrame& first = frames[i];
     if (first.impulse.isZero(0)) continue;
     const ContactPoint& contact = contacts.points[i];
-    const Vec3 turned = turned_impulse(first, contact), difference = first.impulse - turned;
-    give(contact.guest_rigid, difference,
-         Vec3(first.guest_arm.cross(first.impulse) - contact.guest_arm.cross(turned)));
-    give(contact.host, Vec3(-difference),
-         Vec3(contact.host_arm.cross(turned) - first.host_arm.cross(first.impulse)));
+    const TurnedImpulse turned = turned_impulse(first, contact);
+    give(contact.guest_rigid, turned.to_guest, turned.turns_guest);
+    give(contact.host, Vec3(-turned.to_guest), turned.turns_host);
   }
 }
 

@@ -1,6 +1,7 @@
 // Bones that hold particles on one line only can turn in their flesh, and `duet check` says so.
 #include <string>
 
+#include "tests/support/articulated.h"
 #include "tests/support/scenes.h"
 #include <gtest/gtest.h>
 
@@ -35,6 +36,45 @@ TEST(WorldSizes, TellBonesThatHoldOneLineOfParticles) {
     EXPECT_NE(found[0].find("7 particles"), std::string::npos) << found[0];
     EXPECT_TRUE(sizes_with_bone(0.5, with_springs).loose_bones.empty()) << with_springs;
   }
+}
+
+// The mass of bound particles counts at the center of mass of their bone, unless springs hold them.
+TEST(WorldSizes, TellBonesThatHoldMassOffTheirCenter) {
+  for (const bool with_springs : {false, true})
+    for (const double place : {0.0, 0.6}) {
+      scene::Scene scene = test::free_space();
+      test::add_box(scene, "bone", Vec3::Zero(), Vec3(1.6, 0.2, 0.2), 1);
+      scene::DeformableBody& load =
+          test::add_soft_box(scene, "load", Vec3(place, 0, 0), Vec3::Constant(0.4), 4, 1e5);
+      load.attach = {"bone"};
+      if (with_springs) load.attach_springs = scene::AttachSprings();
+      const WorldSizes sizes = Simulation(scene, test::plan(scene)).sizes();
+      ASSERT_EQ(sizes.off_center_loads.size(), !with_springs && place > 0 ? 1u : 0u);
+      if (sizes.off_center_loads.empty()) continue;
+      EXPECT_NEAR(sizes.off_center_loads[0].distance, place, 1e-12);
+      const auto found = scene::warnings(scene, {}, sizes);
+      ASSERT_EQ(found.size(), 1u);
+      EXPECT_NE(found[0].find("`bone` holds"), std::string::npos) << found[0];
+    }
+}
+
+// A control with the gain 1000 follows 0.063 s later, in which a target of 7.9 turns a second turns by a
+// half.
+TEST(Warnings, TellControlsThatLagByHalfATurn) {
+  for (const double turns : {7.0, 9.0})
+    for (const bool leads : {false, true}) {
+      scene::Scene scene = test::free_space();
+      test::add_chain(scene, 2, scene::JointType::hinge, false);
+      scene::Joint& joint = scene.joints.front();
+      joint.has_control = true;
+      joint.control.lead = leads;
+      joint.control.target.keyframes = {{0, Vec3::Zero(), 0}, {2, Vec3(720 * turns, 0, 0), 0}};
+      const auto found = scene::warnings(scene, {}, Simulation(scene, test::plan(scene)).sizes());
+      ASSERT_EQ(found.size(), turns > 8 && !leads ? 1u : 0u) << turns;
+      if (!found.empty()) {
+        EXPECT_NE(found[0].find(joint.name), std::string::npos) << found[0];
+      }
+    }
 }
 
 }  // namespace
