@@ -33,6 +33,53 @@ inline double8 von_mises(const Matrix3<double8>& a) {
   return sqrt_of(1.5 * squares);
 }
 
+/// Returns the columns of a matrix.
+inline std::array<vector8, 3> columns_of(const Matrix3<double8>& A) {
+  std::array<vector8, 3> columns;
+  for (std::size_t k = 0; k < 3; ++k) columns[k] = {A[0][k], A[1][k], A[2][k]};
+  return columns;
+}
+
+/// Returns the time (s) for which a turn by the angular velocity `spin` (rad/s) counts after `seconds`.
+///
+///     t / sqrt(1 + w^2 t^2)
+///
+/// It is that of a vector that keeps its velocity.
+inline double8 turn_time(const vector8& spin, double seconds) {
+  return seconds / sqrt_of(1.0 + seconds * seconds * dot(spin, spin));
+}
+
+/// Returns the angular velocity w (rad/s) of the columns f_k (m) of a deformation gradient that change by g_k
+/// (m/s).
+///
+///     (tr(B) 1 - B) w = sum f_k x g_k,   B = sum f_k f_k^T
+///
+/// It is that of unit masses at the columns: their angular momentum over their inertia. `columns` is 3 for
+/// volumes and 2 for membranes. The matrix is regular as long as two columns are not parallel, also if the
+/// element is inverted; else the angular velocity is 0.
+template <std::size_t columns>
+vector8 spin_of_columns(const std::array<vector8, columns>& f, const std::array<vector8, columns>& g) {
+  double8 xx{}, yy{}, zz{}, yz{}, xz{}, xy{};
+  vector8 moment{};
+  for (std::size_t k = 0; k < columns; ++k) {
+    xx += f[k].y * f[k].y + f[k].z * f[k].z;
+    yy += f[k].x * f[k].x + f[k].z * f[k].z;
+    zz += f[k].x * f[k].x + f[k].y * f[k].y;
+    yz -= f[k].y * f[k].z;
+    xz -= f[k].x * f[k].z;
+    xy -= f[k].x * f[k].y;
+    moment = moment + cross(f[k], g[k]);
+  }
+  const vector8 a{yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy};  // columns of the adjugate
+  const vector8 b{a.y, xx * zz - xz * xz, xy * xz - xx * yz};
+  const vector8 c{a.z, b.z, xx * yy - xy * xy};
+  const double8 determinant = xx * a.x + xy * a.y + xz * a.z, size = xx + yy + zz;
+  const mask8 is_regular = determinant > 1e-12 * size * size * size;
+  const double8 inverse =
+      select(is_regular, 1.0 / select(is_regular, determinant, double8{} + 1.0), double8{});
+  return inverse * (moment.x * a + moment.y * b + moment.z * c);
+}
+
 /// Returns the product A v.
 inline vector8 product(const Matrix3<double8>& A, const vector8& v) {
   return {A[0][0] * v.x + A[0][1] * v.y + A[0][2] * v.z, A[1][0] * v.x + A[1][1] * v.y + A[1][2] * v.z,

@@ -361,8 +361,14 @@ void FiniteElements::add_damping_forces(const std::vector<Vec3>& v, std::vector<
 
 void FiniteElements::add_turn_forces(const std::vector<Vec3>& v, double seconds, std::vector<Vec3>& force) {
   sums_.fill_from(v, [&](std::size_t b, const double4* rows, double4* sums) {
-    const Matrix3<double8> Fdot = gradient(batches_[b], rows);
-    const Matrix3<double8> A = (double8{} + seconds) * transposed_times(Fdot, Fdot);
+    const std::array<vector8, 3> F = columns_of(deformation_[b]);
+    const vector8 spin = spin_of_columns<3>(F, columns_of(gradient(batches_[b], rows)));
+    const double8 time = turn_time(spin, material_of_batch(b).is_pressurized ? 0 : seconds);
+    std::array<vector8, 3> turned;
+    for (std::size_t k = 0; k < 3; ++k) turned[k] = cross(spin, F[k]);
+    Matrix3<double8> A;
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t k = 0; k < 3; ++k) A[i][k] = time * dot(turned[i], turned[k]);
     spread_forces(batches_[b], stress_of_rate(b, A), double8{}, sums);
   });
   sums_.add_to(force);

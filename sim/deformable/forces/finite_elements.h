@@ -74,9 +74,14 @@ class FiniteElements {
   /// Adds the change of the viscous forces between the state of the last add_elastic_forces() and `seconds`
   /// later, for particles that keep the velocities `v` (m/s), to `force` (N).
   ///
-  /// The strain rate sym(F^T F') of the velocity gradient F' becomes F'^T F' t larger within t seconds.
-  /// Without that, the velocities of a body that has turned meanwhile seem to shrink it. Damping of
-  /// compression and mass-proportional damping are left as they are.
+  /// For an element that turns by the angular velocity w (spin_of_columns()), the strain rate sym(F^T F') of
+  /// velocities that have turned for t seconds lacks
+  ///
+  ///     (w x F)^T (w x F) t / sqrt(1 + w^2 t^2),
+  ///
+  /// so that they seem to shrink it. Damping of compression and mass-proportional damping are left as they
+  /// are. So are pressurized elements: at rest their pressures push particles to and fro in every step, which
+  /// is no turn.
   void add_turn_forces(const std::vector<Vec3>& v, double seconds, std::vector<Vec3>& force);
   /// Adds the viscous forces in single precision: to about 1e-7 of the forces of each element, with half the
   /// memory traffic.

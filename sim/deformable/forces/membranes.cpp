@@ -5,6 +5,8 @@
 
 #include <Eigen/LU>
 
+#include "sim/deformable/forces/element_kernels.h"
+
 namespace duet {
 namespace {
 
@@ -138,9 +140,11 @@ void Membranes::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>
 void Membranes::add_turn_forces(const std::vector<Vec3>& v, double seconds, std::vector<Vec3>& force) {
   add_forces(force, [&](std::size_t b) {
     const Batch& batch = batches_[b];
-    const Columns rate = gradient(batch, v);
-    const Columns P = times(batch.F, stress(batch, strain_rate(rate, rate)));
-    const double8 damping = seconds * batch.damping;
+    const Columns &F = batch.F, rate = gradient(batch, v);
+    const vector8 spin = spin_of_columns<2>({F.x, F.y}, {rate.x, rate.y});
+    const Columns turned{cross(spin, F.x), cross(spin, F.y)};
+    const Columns P = times(F, stress(batch, strain_rate(turned, turned)));
+    const double8 damping = turn_time(spin, seconds) * batch.damping;
     return Columns{damping * P.x, damping * P.y};
   });
 }
