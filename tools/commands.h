@@ -151,7 +151,7 @@ struct FarmOptions {
   int chain = 8;                    // jobs in which a simulation has to end
   std::vector<std::string> sbatch;  // further options of every sbatch
   bool submit = false;              // submit the scripts, or carry them out
-  bool overwrite = false;           // replace scripts of an earlier call
+  bool overwrite = false;           // replace scripts of an earlier call, and runs of other settings
   bool status = false;              // say how far a farm is
   bool collect = false;             // write table, contact sheet and page of variations
   bool json = false;
@@ -249,6 +249,8 @@ Outcome tetrahedralize(const TetrahedralizeOptions& options, Report& report);
 Outcome study(const StudyOptions& options, Report& report);
 // Returns the number of runs that a study consists of, each of which StudyOptions::point can carry out.
 int study_points(const StudyOptions& options);
+// Returns the number of these runs that have a result of this program in the folder StudyOptions::out.
+int study_results(const StudyOptions& options);
 // Writes, submits, examines or collects the tasks by which many machines work on a run, variations or a
 // study.
 Outcome farm(const FarmOptions& options, Report& report);

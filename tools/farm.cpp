@@ -18,6 +18,7 @@
 
 #include "sim/base/files.h"
 #include "sim/base/wording.h"
+#include "sim/io/run_folder.h"
 
 namespace duet::tools {
 namespace {
@@ -50,22 +51,52 @@ void require_engine(const std::string& engine) {
   if (engine == "parallel") require("parallel", "parallel");
 }
 
+// Removes the runs that are of other settings than the plan asks for, because they cannot be continued, and
+// notes their number. Throws Error (usage) if there are such runs and they are not to be replaced, and
+// FileError if a program still writes to one.
+void clear_other_runs(const farm::Plan& plan, bool overwrite, Report& report) {
+  std::vector<io::RunDirectory> others;
+  for (const farm::PlannedRun& run : plan.runs) {
+    if (!farm::holds_other_run(run)) continue;
+    if (!overwrite)
+      throw Error(ExitStatus::usage,
+                  fmt::format("{}: the folder holds a run of another scene or other settings, which stays "
+                              "untouched (give --overwrite to replace it, or another folder with --out)",
+                              run.folder.string()));
+    others.push_back({run.folder});
+  }
+  for (const io::RunDirectory& other : others) {
+    const io::RunLock lock(other, "duet farm");
+    io::clear_run(other);
+  }
+  if (!others.empty())
+    report.note(fmt::format("removed {} of another scene or other settings", counted(others.size(), "run")));
+}
+
+// Removes what tasks left that have ended: the states would pass for those of the tasks of new scripts.
+void remove_states(const farm::Plan& plan) {
+  for (const farm::TaskState& task : farm::task_states(plan))
+    if (task.status != "running") io::remove_file(plan.folder / "logs" / (task.name + ".state"));
+}
+
 // Writes the scripts and the plan. Throws Error (usage) if the folder has other files, or a farm that is not
 // to be replaced.
-void write_scripts(const farm::Plan& plan, bool overwrite) {
+void write_scripts(const farm::Plan& plan, bool overwrite, Report& report) {
   const bool is_farm = fs::exists(plan.folder / "farm.json");
   if (is_farm && !overwrite)
     throw Error(
         ExitStatus::usage,
         fmt::format(
-            "{}: the folder has scripts already, which stay untouched (give --overwrite to replace them; "
-            "runs stay in any case; `duet farm --status {}` says how far they are)",
+            "{}: the folder has scripts already, which stay untouched (give --overwrite to replace them and "
+            "runs of other settings; `duet farm --status {}` says how far they are)",
             plan.folder.string(), shell_word(plan.folder.string())));
   if (!is_farm && fs::exists(plan.folder) && !fs::is_empty(plan.folder))
     throw Error(ExitStatus::usage,
                 fmt::format("{}: the folder holds other files, which stay untouched (choose another "
                             "one with --out)",
                             plan.folder.string()));
+  clear_other_runs(plan, overwrite, report);
+  remove_states(plan);
   io::create_folder(plan.folder / "logs");
   for (const auto& [name, text] : farm::scripts(plan)) {
     const fs::path file = plan.folder / name;
@@ -99,7 +130,8 @@ Json status_json(const farm::Plan& plan, const farm::Status& status) {
                   {"simulated", run.simulated},
                   {"drawn", run.drawn},
                   {"last_frame", run.frames},
-                  {"writer", run.writer}};
+                  {"writer", run.writer},
+                  {"has_other_settings", run.is_other}};
     if (run.seconds_left) entry["seconds_left"] = *run.seconds_left;
     runs.push_back(std::move(entry));
   }
@@ -123,6 +155,13 @@ std::string status_text(const farm::Plan& plan, const farm::Status& status) {
   for (std::size_t i = 0; i < status.runs.size(); ++i) {
     const farm::RunStatus& run = status.runs[i];
     if (run.is_done() && status.runs.size() > 1) continue;
+    if (run.is_other) {
+      text += fmt::format(
+          "{}: holds a run of another scene or other settings, which does not count (write the scripts anew "
+          "with --overwrite to replace it){}\n",
+          plan.runs[i].folder.string(), run.writer.empty() ? "" : "; " + run.writer + " writes to it");
+      continue;
+    }
     text += fmt::format("{}: frame {} of {} simulated, {} of {} pictures drawn", plan.runs[i].folder.string(),
                         std::max(run.simulated, 0), run.frames, run.drawn, run.frames + 1);
     if (run.seconds_left) text += fmt::format(", about {} left", clock_text(*run.seconds_left));
@@ -193,7 +232,7 @@ Outcome farm(const FarmOptions& options, Report& report) {
                 "--engine is required: slurm, parallel or local (or --status for an earlier farm)");
   if (options.submit) require_engine(options.engine);
   const farm::Plan plan = farm::make_plan(options);
-  write_scripts(plan, options.overwrite);
+  write_scripts(plan, options.overwrite, report);
   const std::string script = shell_word((plan.folder / "start.sh").string());
   report.note(fmt::format("{}; scripts in {}", describe(plan), plan.folder.string()));
   if (options.submit) start(plan);

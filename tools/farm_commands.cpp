@@ -51,7 +51,8 @@ void add_farm(CLI::App& app, CommandLine& line) {
   add_repeatable(app, "--sbatch", options.sbatch, "OPTION",
                  "slurm: a further option of all jobs, such as --sbatch=--partition=long; repeatable");
   app.add_flag("--submit", options.submit, "Submit the tasks; parallel and local: carry them out");
-  app.add_flag("--overwrite", options.overwrite, "Replace the scripts of an earlier call; runs stay");
+  app.add_flag("--overwrite", options.overwrite,
+               "Replace the scripts of an earlier call, and runs of other settings; others stay");
   CLI::Option* status = app.add_flag("--status", options.status, "How far the run or its variations are");
   app.add_flag("--collect", options.collect,
                "Write table, contact sheet and page of the variations; the scripts call it")

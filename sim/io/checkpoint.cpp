@@ -87,6 +87,26 @@ std::uint64_t scene_identity(const std::string& source, const EffectSet& effects
   return hash_bytes(active.data(), active.size(), hash_bytes(source.data(), source.size()));
 }
 
+std::optional<std::uint64_t> newest_identity(const RunDirectory& run) {
+  const std::vector<int> frames = frames_present(run);
+  if (frames.empty()) return std::nullopt;
+  std::string start;
+  try {
+    read_pieces(checkpoint_path(run, frames.front()), [&](std::string_view piece) {
+      start += piece;
+      return start.size() < sizeof(Header);
+    });
+  } catch (const FileError&) {
+    return std::nullopt;  // a simulation has removed it meanwhile
+  }
+  Header header{};
+  if (start.size() < sizeof header) return std::nullopt;
+  std::memcpy(&header, start.data(), sizeof header);
+  if (std::memcmp(header.magic, magic, sizeof magic) != 0 || header.version != format_version)
+    return std::nullopt;
+  return header.scene;
+}
+
 void write_checkpoint(const RunDirectory& run, std::uint64_t scene, const Checkpoint& checkpoint) {
   Header header{};
   std::memcpy(header.magic, magic, sizeof magic);

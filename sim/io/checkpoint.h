@@ -40,6 +40,11 @@ fs::path checkpoint_path(const RunDirectory& run, int frame);
 /// scene::ReadResult::meshes.
 std::uint64_t scene_identity(const std::string& source, const EffectSet& effects);
 
+/// Returns the identity of the scene of the newest checkpoint, as its header has it, without a look at its
+/// state. Returns none if the run has no checkpoint, or one that is no checkpoint of this format. Throws
+/// FileError if the folder of the checkpoints cannot be read.
+std::optional<std::uint64_t> newest_identity(const RunDirectory& run);
+
 /// Writes checkpoint/NNNN.bin atomically and removes all checkpoints but those of the two highest frames.
 /// `scene` is the identity that find_checkpoint() will ask for. Throws FileError.
 void write_checkpoint(const RunDirectory& run, std::uint64_t scene, const Checkpoint& checkpoint);

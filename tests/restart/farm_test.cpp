@@ -34,6 +34,13 @@ Finished run_script(const fs::path& script, const std::vector<std::string>& word
   return finish(program);
 }
 
+// Returns a row of a table without quoted line ends; row 0 is its head.
+std::string row(const std::string& table, int number) {
+  std::size_t begin = 0;
+  for (int i = 0; i < number; ++i) begin = table.find('\n', begin) + 1;
+  return table.substr(begin, table.find('\n', begin) - begin);
+}
+
 class Farm : public SimulatedRun {
  protected:
   // The folder of a run, whose name needs quotes, and that of its farm.
@@ -165,6 +172,65 @@ TEST_F(Farm, VariationsAreCollectedAndFailuresNamed) {
   EXPECT_TRUE(contains(io::read_file(folder / "results.html"), "kinetic energy at the end (J)"));
 }
 
+// The second run has another value than before: its frames are removed, and start.sh simulates it anew.
+TEST_F(Farm, RunsOfOtherValuesAreReplaced) {
+  const auto vary = [&](const char* word, const std::string& heights) {
+    return farm({"--engine", "local", "--frames", "2", word, "--vary", "rigid.ball.position=" + heights});
+  };
+  ASSERT_EQ(vary("--submit", "[0, 1.5, 0],[0, 1.6, 0]").status, 0);
+  const auto first = fs::last_write_time(folder / "runs/0001/mesh/0002.obj");
+  const std::string before = io::read_file(folder / "results.csv");
+  EXPECT_EQ(vary("--quiet", "[0, 1.5, 0],[0, 1.7, 0]").status, 2) << "scripts are replaced by --overwrite";
+  const Finished replaced = vary("--overwrite", "[0, 1.5, 0],[0, 1.7, 0]");
+  EXPECT_EQ(replaced.status, 0) << replaced.errors;
+  EXPECT_FALSE(fs::exists(folder / "runs/0002/mesh/0002.obj"));
+  const Finished half = status();
+  EXPECT_EQ(half.status, 75);
+  EXPECT_TRUE(contains(half.last_line(), "1 of 2 runs are simulated and drawn")) << half.last_line();
+  ASSERT_EQ(run_duet({"farm", "--collect", out.string()}).status, 0);
+  EXPECT_TRUE(contains(row(io::read_file(folder / "results.csv"), 2), "\"[0, 1.7, 0]\",unfinished,,-1,"));
+  const Finished all = run_script(folder / "start.sh");
+  EXPECT_EQ(all.status, 0) << all.errors;
+  EXPECT_EQ(fs::last_write_time(folder / "runs/0001/mesh/0002.obj"), first);
+  const std::string after = io::read_file(folder / "results.csv");
+  const auto hash = [&](const std::string& text) { return text.substr(text.rfind(',')); };
+  EXPECT_EQ(row(after, 1), row(before, 1));
+  EXPECT_TRUE(contains(row(after, 2), "[0, 1.7, 0]")) << after;
+  EXPECT_NE(hash(row(after, 2)), hash(row(before, 2)));
+}
+
+TEST_F(Farm, RunsOfOtherSettingsAreRefusedAndNotCounted) {
+  const auto simulate_other = [&](const char* word) {
+    return run_duet({"sim", tiny, "--out", out.string(), "--frames", "2", "--set",
+                     "rigid.ball.position=[0, 1.7, 0]", word, "--quiet"});
+  };
+  ASSERT_EQ(simulate_other("--overwrite").status, 0);
+  const Finished refused = farm({"--engine", "local", "--frames", "2"});
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_TRUE(contains(refused.errors, "another scene or other settings")) << refused.errors;
+  EXPECT_TRUE(contains(refused.errors, "give --overwrite")) << refused.errors;
+  EXPECT_FALSE(fs::exists(folder));
+  EXPECT_TRUE(fs::exists(out / "mesh/0002.obj"));
+  ASSERT_EQ(farm({"--engine", "local", "--frames", "2", "--overwrite", "--submit"}).status, 0);
+  EXPECT_EQ(status().status, 0);
+  ASSERT_EQ(simulate_other("--overwrite").status, 0);
+  const Finished other = status();
+  EXPECT_EQ(other.status, 75);
+  EXPECT_TRUE(contains(other.output.front(), "another scene or other settings")) << other.output.front();
+  EXPECT_TRUE(contains(other.last_line(), "0 of 1 runs")) << other.last_line();
+}
+
+// A run that is done to frame 2 is not done when the farm asks for frame 4.
+TEST_F(Farm, ALaterLastFrameIsLeft) {
+  ASSERT_EQ(farm({"--engine", "local", "--frames", "2", "--submit"}).status, 0);
+  ASSERT_EQ(farm({"--engine", "local", "--frames", "4", "--overwrite"}).status, 0);
+  const Finished half = status();
+  EXPECT_EQ(half.status, 75) << half.last_line();
+  EXPECT_TRUE(contains(half.output.front(), "frame 2 of 4 simulated, 3 of 5")) << half.output.front();
+  EXPECT_EQ(run_script(folder / "start.sh").status, 0);
+  EXPECT_EQ(status().status, 0);
+}
+
 TEST_F(Farm, StatusSaysHowFarARunIs) {
   ASSERT_EQ(farm({"--engine", "slurm", "--frames", "5"}).status, 0);
   EXPECT_EQ(status().status, 75);
@@ -205,6 +271,11 @@ TEST_F(Farm, AStudyRunsItsPointsAsTasks) {
   EXPECT_TRUE(contains(farmed.last_line(), "3 of 3 runs have a result")) << farmed.last_line();
   EXPECT_TRUE(fs::exists(out / "report.html"));
   EXPECT_TRUE(contains(io::read_file(folder / "point.sh"), "--point"));
+  std::string other = io::read_file(scratch / "study.toml");
+  other.replace(other.find("0.2]"), 4, "0.1]");
+  io::write_atomically(scratch / "study.toml", other);
+  EXPECT_EQ(farm({"--engine", "local", "--overwrite"}, (scratch / "study.toml").string()).status, 0);
+  EXPECT_EQ(status().last_line(), "unfinished: 2 of 3 runs have a result") << "results of other values";
   EXPECT_EQ(run_duet({"study", (scratch / "study.toml").string(), "--out", out.string(), "--untimed",
                       "--point", "4"})
                 .status,

@@ -20,6 +20,7 @@
 #include "render/sequence.h"
 #include "sim/base/files.h"
 #include "sim/io/run_directory.h"
+#include "sim/io/run_folder.h"
 #include "sim/io/run_journal.h"
 
 namespace duet::farm {
@@ -28,6 +29,9 @@ namespace {
 constexpr int thumbnail_width = 320;      // pixels; smallest width of a picture on the sheet
 constexpr std::size_t max_lines = 16;     // lines of a chart that can be told apart
 constexpr std::size_t max_on_page = 200;  // pictures on the page; the sheet has all
+
+// The error of a variation whose folder holds another run.
+constexpr const char* other_settings = "the folder holds a run of another scene or other settings";
 
 double number(const nlohmann::json& frame, const char* key) { return frame.at(key).get<double>(); }
 double energy(const nlohmann::json& frame) {
@@ -224,10 +228,10 @@ std::vector<VariationResult> read_results(const Plan& plan) {
     row.error = failure_of(tasks, i);
     row.numbers.assign(results().size(), NAN);
     const io::RunDirectory run{plan.runs[i].folder};
-    int last = plan.frames;
     try {
-      if (fs::exists(run.manifest())) {
-        last = io::read_manifest(run).frames;
+      if (holds_other_run(plan.runs[i])) {
+        row.error = other_settings;
+      } else if (!io::held_run(run).is_empty()) {
         const std::vector<nlohmann::json> frames = study::read_stats(run.root);
         row.frames = static_cast<int>(frames.size()) - 1;
         row.numbers = numbers_of(frames);
@@ -241,7 +245,7 @@ std::vector<VariationResult> read_results(const Plan& plan) {
     } catch (const nlohmann::json::exception& error) {
       if (row.error.empty()) row.error = fmt::format("{}: {}", run.stats().string(), error.what());
     }
-    row.state = !row.error.empty() ? "failed" : row.frames >= last ? "done" : "unfinished";
+    row.state = !row.error.empty() ? "failed" : row.frames >= plan.runs[i].frames ? "done" : "unfinished";
     rows.push_back(std::move(row));
   }
   return rows;

@@ -9,6 +9,8 @@
 #include <toml++/toml.h>
 
 #include "sim/base/files.h"
+#include "sim/io/checkpoint.h"
+#include "sim/scene/plan.h"
 
 namespace duet::farm {
 namespace {
@@ -16,18 +18,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr std::size_t max_runs = 10'000;  // of a farm; each has a folder and a line in tables
-
-// Returns the program that tasks call. The program of a portable build is a launcher, which starts this one.
-fs::path program_path() {
-  std::error_code unknown;
-  const fs::path self = fs::read_symlink("/proc/self/exe", unknown);
-  const fs::path folder = self.parent_path();
-  if (folder.filename() == "duet" && folder.parent_path().filename() == "libexec")
-    for (const char* launcher : {"../../bin/duet", "../../duet"})
-      if (const fs::path path = (folder / launcher).lexically_normal(); fs::exists(path, unknown))
-        return path;
-  return self;
-}
 
 bool is_study(const fs::path& file) {
   std::error_code missing;
@@ -106,6 +96,12 @@ std::vector<PlannedRun> combine(const std::vector<Axis>& axes, const fs::path& f
   return runs;
 }
 
+// Returns the path without a slash at its end.
+fs::path without_slash(const fs::path& path) {
+  const fs::path plain = path.lexically_normal();
+  return plain.has_filename() ? plain : plain.parent_path();
+}
+
 void plan_study(const tools::FarmOptions& options, Plan& plan) {
   if (!options.vary.empty() || options.seeds > 0 || !options.scene.set.empty() ||
       !options.scene.without.empty() || !options.scene.accuracy.empty() || options.frames)
@@ -125,6 +121,17 @@ void plan_study(const tools::FarmOptions& options, Plan& plan) {
   plan.points = tools::study_points(study);
 }
 
+// Sets the last frame of a run, and the identity of what it simulates. `choice` is the scene of all runs.
+void identify(const tools::SceneChoice& choice, PlannedRun& run) {
+  tools::SceneChoice own = choice;
+  own.set = tools::all_overrides(choice);
+  own.accuracy.clear();
+  own.set.insert(own.set.end(), run.set.begin(), run.set.end());
+  const scene::ReadResult read = tools::read_scene(own);
+  run.frames = read.scene.frames;
+  run.identity = tools::run_identity(own, read, scene::plan_effects(read.scene, own.without).active());
+}
+
 void plan_runs(const tools::FarmOptions& options, Plan& plan) {
   tools::SceneChoice choice = options.scene;
   std::string out = options.out;
@@ -137,26 +144,23 @@ void plan_runs(const tools::FarmOptions& options, Plan& plan) {
     plan.changes.insert(plan.changes.end(), {"--set", text});
   for (const std::string& effect : options.scene.without)
     plan.changes.insert(plan.changes.end(), {"--without", effect});
-  fs::path folder = fs::absolute(tools::run_folder(choice, out)).lexically_normal();
-  if (!folder.has_filename()) folder = folder.parent_path();  // "out/stack/" ends with a slash
+  const fs::path folder = without_slash(fs::absolute(tools::run_folder(choice, out)));
   plan.folder = folder.string() + ".farm";
-  const std::vector<std::string> all = tools::all_overrides(choice);
-  const auto read = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> set = all;
-    set.insert(set.end(), more.begin(), more.end());
-    return scene::read(tools::find_scene(choice.name).string(), set, scene::Meshes::leave, choice.files);
-  };
-  const scene::ReadResult shipped = read({});
-  plan.frames = shipped.scene.frames;
+  const scene::ReadResult shipped =
+      scene::read(tools::find_scene(choice.name).string(), tools::all_overrides(choice), scene::Meshes::leave,
+                  choice.files);
   const std::vector<Axis> axes = axes_of(options, shipped.source);
   if (axes.empty()) {
-    plan.runs = {{folder, {}, {}}};
+    plan.runs = {{folder, {}, {}, 0}};
   } else {
     plan.kind = Kind::variations;
     plan.runs = combine(axes, plan.folder);
-    for (const PlannedRun& run : plan.runs) plan.frames = std::max(plan.frames, read(run.set).scene.frames);
   }
-  if (options.frames) plan.frames = options.frames->last;
+  for (PlannedRun& run : plan.runs) {
+    identify(choice, run);
+    if (options.frames) run.frames = options.frames->last;
+    plan.frames = std::max(plan.frames, run.frames);
+  }
   if (options.frames) plan.changes.insert(plan.changes.end(), {"--frames", std::to_string(plan.frames)});
   plan.tasks = std::min(options.tasks.value_or(plan.kind == Kind::run ? 8 : 1), plan.frames + 1);
 }
@@ -193,11 +197,22 @@ std::pair<std::string, std::vector<std::string>> split_variation(const std::stri
   return {text.substr(0, equals), values};
 }
 
+fs::path this_program() {
+  std::error_code unknown;
+  const fs::path self = fs::read_symlink("/proc/self/exe", unknown);
+  const fs::path folder = self.parent_path();
+  if (folder.filename() == "duet" && folder.parent_path().filename() == "libexec")
+    for (const char* launcher : {"../../bin/duet", "../../duet"})
+      if (const fs::path path = (folder / launcher).lexically_normal(); fs::exists(path, unknown))
+        return path;
+  return self;
+}
+
 Plan make_plan(const tools::FarmOptions& options) {
   Plan plan;
   plan.engine = options.engine;
   plan.work = fs::current_path();
-  plan.program = program_path();
+  plan.program = this_program();
   plan.threads = options.threads;
   plan.minutes = options.minutes;
   plan.chain = options.chain;
@@ -215,12 +230,15 @@ std::string plan_json(const Plan& plan) {
   for (const PlannedRun& run : plan.runs) {
     Json values = Json::array();
     for (const auto& [key, value] : run.values) values.push_back({key, value});
-    runs.push_back({{"folder", run.folder.string()}, {"values", values}});
+    Json entry = {{"folder", run.folder.string()}, {"values", values}, {"frames", run.frames}};
+    if (run.identity) entry["identity"] = *run.identity;
+    runs.push_back(std::move(entry));
   }
   const Json document = {{"farm", 1},
                          {"kind", kinds[static_cast<int>(plan.kind)]},
                          {"engine", plan.engine},
                          {"name", plan.name},
+                         {"program", plan.program.string()},
                          {"scene", plan.scene.string()},
                          {"frames", plan.frames},
                          {"tasks", plan.tasks},
@@ -251,14 +269,17 @@ Plan read_plan(const std::string& name) {
     plan.engine = document.at("engine");
     plan.name = document.at("name");
     plan.folder = fs::absolute(file.parent_path());
+    plan.program = document.value("program", "");
     plan.scene = document.at("scene").get<std::string>();
     plan.frames = document.at("frames");
     plan.tasks = document.at("tasks");
     plan.study = document.at("study").get<std::string>();
     plan.points = document.at("points");
     for (const Json& entry : document.at("runs")) {
-      PlannedRun run{entry.at("folder").get<std::string>(), {}, {}};
+      PlannedRun run{entry.at("folder").get<std::string>(), {}, {}, 0};
       for (const Json& value : entry.at("values")) run.values.emplace_back(value.at(0), value.at(1));
+      run.frames = entry.value("frames", plan.frames);
+      if (entry.contains("identity")) run.identity = entry.at("identity").get<std::uint64_t>();
       plan.runs.push_back(std::move(run));
     }
     return plan;
@@ -266,6 +287,12 @@ Plan read_plan(const std::string& name) {
     throw FileError(file.string(), fmt::format("is no plan of a farm: {}", error.what()),
                     "write the scripts anew with `duet farm --overwrite`");
   }
+}
+
+bool holds_other_run(const PlannedRun& run) {
+  if (!run.identity) return false;
+  const std::optional<std::uint64_t> held = io::newest_identity({run.folder});
+  return held && *held != *run.identity;
 }
 
 }  // namespace duet::farm

@@ -62,24 +62,43 @@ std::pair<int, std::optional<double>> pictures_of(const io::RunDirectory& run, i
   return {count, std::chrono::duration<double>(newest - first).count() / (count - 1)};
 }
 
-RunStatus examine_run(const PlannedRun& planned, int frames) {
+RunStatus examine_run(const PlannedRun& planned) {
   RunStatus status;
-  status.frames = frames;
+  status.frames = planned.frames;
   const io::RunDirectory run{planned.folder};
   std::error_code missing;
   if (!fs::exists(run.manifest(), missing)) return status;
-  status.frames = io::read_manifest(run).frames;
+  if (const auto holder = io::RunClaim::holder(run.root)) status.writer = holder->text();
+  status.is_other = holds_other_run(planned);
+  if (status.is_other) return status;
   for (const fs::path& file : io::files_in(run.checkpoint()))
     status.simulated = std::max(status.simulated, io::frame_of_file(file, ".bin"));
   const auto [drawn, picture] = pictures_of(run, status.frames);
   status.drawn = drawn;
-  if (const auto holder = io::RunClaim::holder(run.root)) status.writer = holder->text();
   if (status.is_done()) return status;
   if (const auto frame = seconds_per_frame(run); frame && status.simulated < status.frames)
     status.seconds_left = *frame * (status.frames - status.simulated);
   if (picture)
     status.seconds_left = std::max(status.seconds_left.value_or(0), *picture * (status.frames + 1 - drawn));
   return status;
+}
+
+// Returns the number of runs of a study that have a result. Folders of runs are named by scene, settings and
+// program, so that results of an earlier specification do not count. If another program asks, or if the study
+// cannot be read any more, all results count that are there.
+int results_of_study(const Plan& plan) {
+  if (plan.program == this_program()) try {
+      tools::StudyOptions study;
+      study.spec = plan.scene.string();
+      study.out = plan.study.string();
+      study.untimed = true;
+      return tools::study_results(study);
+    } catch (const Error&) {
+    }
+  const std::vector<fs::path> files = io::files_in(plan.study / "runs");
+  return static_cast<int>(std::count_if(files.begin(), files.end(), [](const fs::path& file) {
+    return file.filename().string().ends_with(".outcome.json");
+  }));
 }
 
 }  // namespace
@@ -123,10 +142,8 @@ std::vector<TaskState> task_states(const Plan& plan) {
 
 Status examine(const Plan& plan) {
   Status status;
-  for (const PlannedRun& run : plan.runs) status.runs.push_back(examine_run(run, plan.frames));
-  if (plan.kind == Kind::study)
-    for (const fs::path& file : io::files_in(plan.study / "runs"))
-      if (file.filename().string().ends_with(".outcome.json")) ++status.points;
+  for (const PlannedRun& run : plan.runs) status.runs.push_back(examine_run(run));
+  if (plan.kind == Kind::study) status.points = results_of_study(plan);
   status.tasks = task_states(plan);
   return status;
 }

@@ -14,6 +14,7 @@ struct RunStatus {
   int simulated = -1;                  // last whole frame; -1: none
   int drawn = 0;                       // number of pictures
   int frames = 0;                      // last frame that the run is to have
+  bool is_other = false;               // its folder holds frames of other settings, which do not count
   std::string writer;                  // program that simulates it; empty: none
   std::optional<double> seconds_left;  // s, estimated; empty: unknown, or nothing is left
   // Returns whether all frames are simulated and drawn.

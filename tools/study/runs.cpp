@@ -260,6 +260,11 @@ std::vector<Run*> Runner::distinct(std::vector<Run*>& runs) const {
   return list;
 }
 
+int Runner::with_result(std::vector<Run*>& runs) const {
+  const std::vector<Run*> list = distinct(runs);
+  return static_cast<int>(std::count_if(list.begin(), list.end(), [&](Run* run) { return finished(*run); }));
+}
+
 bool Runner::carry_out_point(std::vector<Run*>& runs, int point) {
   io::create_folder(folder_);
   const std::vector<Run*> list = distinct(runs);

@@ -44,6 +44,9 @@ class Runner {
   // Identifies all runs and returns those with different folders, the untimed ones first.
   std::vector<Run*> distinct(std::vector<Run*>& runs) const;
 
+  // Returns the number of distinct runs that have a result.
+  int with_result(std::vector<Run*>& runs) const;
+
   // Returns the processor that timed runs are bound to; -1: none.
   int processor() const { return processor_; }
   // Returns the number of runs that were carried out, without those that had a result already.

@@ -232,6 +232,14 @@ int study_points(const StudyOptions& options) {
   return static_cast<int>(runner.distinct(runs).size());
 }
 
+int study_results(const StudyOptions& options) {
+  study::Study study = study::plan_study(options);
+  Report silent(true, false);
+  const study::Runner runner(std::filesystem::path(options.out) / "runs", options.program, 1, silent);
+  std::vector<study::Run*> runs = study.runs();
+  return runner.with_result(runs);
+}
+
 Outcome study(const StudyOptions& options, Report& report) {
   namespace fs = std::filesystem;
   if (!options.point) study::require_gnuplot();
