@@ -68,6 +68,20 @@ std::vector<int> frames_to_draw(const RenderOptions& options, const io::RunDirec
   return frames;
 }
 
+// Returns the run, or the folder that --out names, into which pictures and video are to be written. Throws
+// Error (usage) if that folder holds another run, whose pictures would be replaced.
+io::RunDirectory folder_of_pictures(const RenderOptions& options, const io::RunDirectory& run) {
+  std::error_code missing;
+  if (options.out.empty() || fs::equivalent(options.out, run.root, missing)) return run;
+  const io::RunDirectory folder{options.out};
+  if (fs::exists(folder.manifest(), missing))
+    throw Error(ExitStatus::usage,
+                fmt::format("{}: the folder holds another run, whose pictures stay untouched (give another "
+                            "folder with --out, or draw that run: `duet render {}`)",
+                            options.out, shell_word(options.out)));
+  return folder;
+}
+
 // Removes the frames whose pictures are whole and have the size `size`. Returns how many they are.
 int drop_drawn(const io::RunDirectory& to, const scene::Render& size, std::vector<int>& frames) {
   const auto is_drawn = [&](int frame) {
@@ -214,7 +228,7 @@ OpenedRun open_coming_run(const RenderOptions& options) {
 // `duet render --missing`.
 Outcome render_missing(const RenderOptions& options, Report& report) {
   const auto [run, manifest, scene] = open_coming_run(options);
-  const io::RunDirectory to = options.out.empty() ? run : io::RunDirectory{options.out};
+  const io::RunDirectory to = folder_of_pictures(options, run);
   Drawing drawing(run, to, manifest, scene, report);
   ComingFrames coming(options, run, manifest.frames);
   int skipped = 0;
@@ -246,7 +260,7 @@ Outcome render(const RenderOptions& options, Report& report) {
   const io::Manifest manifest = io::read_manifest(run);
   run.require_whole(run.scene());
   const scene::Scene scene = scene::read(run.scene().string(), options.set, scene::Meshes::leave).scene;
-  const io::RunDirectory to = options.out.empty() ? run : io::RunDirectory{options.out};
+  const io::RunDirectory to = folder_of_pictures(options, run);
   std::vector<int> frames = frames_to_draw(options, run, manifest.frames);
   const int skipped = options.skip_existing ? drop_drawn(to, scene.render, frames) : 0;
   const auto begin = std::chrono::steady_clock::now();
