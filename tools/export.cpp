@@ -211,9 +211,7 @@ Outcome export_run(const ExportOptions& options, Report& report) {
   std::string text = fmt::format("{} of {}, {}, in {}, {:.1f} s", counted(exported.frames().size(), "frame"),
                                  counted(exported.bodies().size(), "body", "bodies"), size_text(bytes),
                                  target.string(), seconds);
-  if (!exported.missing().empty())
-    text += fmt::format("; {} {} not there", io::frames_text(exported.missing()),
-                        exported.missing().size() == 1 ? "is" : "are");
+  text += io::missing_text(exported.missing());
   return {ExitStatus::done, text};
 }
 

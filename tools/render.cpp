@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <iterator>
 #include <memory>
 #include <set>
 #include <thread>
@@ -15,6 +16,7 @@
 #include "render/sequence.h"
 #include "sim/base/files.h"
 #include "sim/base/wording.h"
+#include "sim/io/run_check.h"
 #include "sim/io/run_claim.h"
 #include "sim/io/run_folder.h"
 #include "sim/io/run_journal.h"
@@ -37,35 +39,51 @@ void require_picture_key(const std::string& override_text) {
                           override_text));
 }
 
-// Throws FileError if a mesh that the journal lists is gone or has another size: the video would have a gap
-// there, or show an older picture. The bytes are compared later, when the mesh is drawn.
-void require_listed_meshes(const io::RunDirectory& run, int last) {
+// Throws FileError if a mesh of the frames `first` to `last` that the journal lists is gone or has another
+// size: the video would have a gap there, or show an older picture. The bytes are compared later, when the
+// mesh is drawn.
+void require_listed_meshes(const io::RunDirectory& run, int first, int last) {
   if (!run.journal) return;
   for (const auto& [name, entry] : run.journal->entries()) {
     const int frame = fs::path(name).parent_path() == "mesh" ? io::frame_of_file(name, ".obj") : -1;
-    if (frame < 0 || frame > last || entry.state != io::RunJournal::Entry::State::whole) continue;
+    if (frame < std::max(first, 0) || frame > last || entry.state != io::RunJournal::Entry::State::whole)
+      continue;
     std::error_code missing;
     if (fs::file_size(run.mesh(frame), missing) != entry.mark.bytes) run.require_whole(run.mesh(frame));
   }
 }
 
-// Returns the frames to draw, sorted. `last` is the last frame of the run.
-std::vector<int> frames_to_draw(const RenderOptions& options, const io::RunDirectory& run, int last) {
-  std::vector<int> frames;
-  if (options.frames) {  // a missing frame that was asked for is an error when it is read
-    for (int frame = options.frames->first.value_or(options.frames->last); frame <= options.frames->last;
-         ++frame)
-      frames.push_back(frame);
-    return frames;
-  }
+// Frames of a run, in ascending order.
+struct ChosenFrames {
+  std::vector<int> there;  // frames to draw
+  std::vector<int>
+      missing;  // frames that are asked for, or lie between others, and that the run does not have
+};
+
+// Returns the frames to draw, of which there is at least one. `last` is the last frame of the run. Throws
+// FileError if the run has no frame, or lost one, and Error (usage) if it has none of --frames.
+ChosenFrames frames_to_draw(const RenderOptions& options, const io::RunDirectory& run, int last) {
+  const int first = options.frames ? options.frames->first.value_or(options.frames->last) : 0;
+  if (options.frames) last = options.frames->last;
+  std::vector<int> all;
   for (const fs::path& file : io::files_in(run.mesh(0).parent_path()))
-    if (const int frame = io::frame_of_file(file, ".obj"); frame >= 0 && frame <= last)
-      frames.push_back(frame);
-  std::sort(frames.begin(), frames.end());
-  require_listed_meshes(run, last);
-  if (frames.empty())
+    if (const int frame = io::frame_of_file(file, ".obj"); frame >= 0) all.push_back(frame);
+  std::sort(all.begin(), all.end());
+  require_listed_meshes(run, first, last);
+  if (all.empty())
     throw FileError((run.root / "mesh").string(), "has no frames", "simulate the scene first: `duet sim`");
-  return frames;
+  ChosenFrames chosen;
+  std::copy_if(all.begin(), all.end(), std::back_inserter(chosen.there),
+               [&](int frame) { return frame >= first && frame <= last; });
+  if (chosen.there.empty())
+    throw Error(ExitStatus::usage,
+                fmt::format("{}: has none of the frames that are asked for; it has frames {} to {}",
+                            run.root.string(), all.front(), all.back()));
+  const int begin = options.frames ? first : chosen.there.front(),
+            end = options.frames ? last : chosen.there.back();
+  for (int frame = begin; frame <= end; ++frame)
+    if (!std::binary_search(chosen.there.begin(), chosen.there.end(), frame)) chosen.missing.push_back(frame);
+  return chosen;
 }
 
 // Returns the run, or the folder that --out names, into which pictures and video are to be written. Throws
@@ -261,7 +279,7 @@ Outcome render(const RenderOptions& options, Report& report) {
   run.require_whole(run.scene());
   const scene::Scene scene = scene::read(run.scene().string(), options.set, scene::Meshes::leave).scene;
   const io::RunDirectory to = folder_of_pictures(options, run);
-  std::vector<int> frames = frames_to_draw(options, run, manifest.frames);
+  auto [frames, missing] = frames_to_draw(options, run, manifest.frames);
   const int skipped = options.skip_existing ? drop_drawn(to, scene.render, frames) : 0;
   const auto begin = std::chrono::steady_clock::now();
   Drawing drawing(run, to, manifest, scene, report);
@@ -286,10 +304,10 @@ Outcome render(const RenderOptions& options, Report& report) {
             "after all pictures were drawn, before their video was encoded; the same "
             "command draws them again and encodes it"};
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  return {ExitStatus::done,
-          fmt::format("{} in {}{}, {:.1f} s{}", counted(frames.size(), "picture"),
-                      to.image(0).parent_path().string(),
-                      skipped > 0 ? fmt::format(" ({} were there)", skipped) : "", seconds, video)};
+  return {ExitStatus::done, fmt::format("{} in {}{}, {:.1f} s{}{}", counted(frames.size(), "picture"),
+                                        to.image(0).parent_path().string(),
+                                        skipped > 0 ? fmt::format(" ({} were there)", skipped) : "", seconds,
+                                        video, io::missing_text(missing))};
 }
 
 Outcome encode(const EncodeOptions& options) {

@@ -128,6 +128,11 @@ std::string frames_text(const std::vector<int>& frames) {
   return (frames.size() == 1 ? "frame " : "frames ") + text;
 }
 
+std::string missing_text(const std::vector<int>& frames) {
+  if (frames.empty()) return {};
+  return fmt::format("; {} {} not there", frames_text(frames), frames.size() == 1 ? "is" : "are");
+}
+
 RunCheck check_run(const RunDirectory& run) {
   // Returns the size of the journal and its parts; 0 if there is none.
   const auto journal_size = [&] {

@@ -33,4 +33,8 @@ std::vector<std::string> faults_of_kept(const RunDirectory& run, int last);
 /// Returns a phrase that names frames, which are given in ascending order: "frame 3", "frames 3 to 5, 7".
 std::string frames_text(const std::vector<int>& frames);
 
+/// Returns the end of an outcome that names frames which a run does not have: "; frames 3 to 5 are not
+/// there". The text is empty if there are none.
+std::string missing_text(const std::vector<int>& frames);
+
 }  // namespace duet::io

@@ -56,5 +56,25 @@ TEST_F(Render, TheFolderOfTheRunIsNoOtherFolder) {
   EXPECT_EQ(verified.status, 0) << verified.errors;
 }
 
+TEST_F(Render, FramesThatTheRunLacksAreNamed) {
+  simulate(tiny, {"--frames", "4"});
+  const Finished some = render({"--frames", "3:30"});
+  EXPECT_EQ(some.status, 0) << some.errors;
+  EXPECT_TRUE(contains(some.last_line(), "2 pictures in ")) << some.last_line();
+  EXPECT_TRUE(contains(some.last_line(), "; frames 5 to 30 are not there")) << some.last_line();
+  EXPECT_TRUE(fs::exists(run.image(4)));
+  const Finished none = render({"--frames", "20:30"});
+  EXPECT_EQ(none.status, 2);
+  EXPECT_TRUE(contains(none.errors, "has none of the frames that are asked for; it has frames 0 to 4"))
+      << none.errors;
+  const Finished exported =
+      run_duet({"export", run.root.string(), "--to", "obj", "--frames", "3:30", "--quiet"});
+  EXPECT_TRUE(contains(exported.last_line(), "; frames 5 to 30 are not there")) << exported.last_line();
+  io::remove_file(run.mesh(3));
+  const Finished lost = render({"--frames", "3:4"});
+  EXPECT_EQ(lost.status, 4) << "a frame that the run wrote and lost is a fault";
+  EXPECT_TRUE(contains(lost.errors, "0003.obj")) << lost.errors;
+}
+
 }  // namespace
 }  // namespace duet::test::render_test
