@@ -225,8 +225,8 @@ void start(const farm::Plan& plan) {
 }  // namespace
 
 Outcome farm(const FarmOptions& options, Report& report) {
-  if (options.status) return print_status(farm::read_plan(options.scene.name), options.json);
-  if (options.collect) return collect_results(farm::read_plan(options.scene.name));
+  if (options.status) return print_status(farm::read_plan(options.scene.name, options.out), options.json);
+  if (options.collect) return collect_results(farm::read_plan(options.scene.name, options.out));
   if (options.engine.empty())
     throw Error(ExitStatus::usage,
                 "--engine is required: slurm, parallel or local (or --status for an earlier farm)");

@@ -247,6 +247,26 @@ TEST_F(Farm, StatusSaysHowFarARunIs) {
   EXPECT_EQ(object["runs"][0]["last_frame"], 5);
 }
 
+// The farm of a scene file is found by the file, by the name in out/, and by its folders.
+TEST_F(Farm, IsFoundByAllNamesOfItsScene) {
+  const fs::path mine = scratch / "mine";
+  io::create_folder(mine / "shots");
+  io::write_atomically(mine / "shots/ball.toml", io::read_file(tiny));
+  const auto call = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), "farm");
+    return run_duet(words, mine);
+  };
+  ASSERT_EQ(call({"shots/ball.toml", "--engine", "local", "--frames", "2", "--quiet"}).status, 0);
+  ASSERT_EQ(call({"shots/ball.toml", "--engine", "local", "--frames", "3", "--out", "elsewhere/"}).status, 0);
+  for (const std::string name : {"shots/ball.toml", "ball", "out/ball", "out/ball.farm", "out/ball/"}) {
+    const Finished found = call({"--status", name});
+    EXPECT_EQ(found.status, 75) << name << found.errors;
+    EXPECT_TRUE(contains(found.output.front(), "frame 0 of 2 simulated")) << found.output.front();
+  }
+  const Finished other = call({"--status", "shots/ball.toml", "--out", "elsewhere"});
+  EXPECT_TRUE(contains(other.output.front(), "frame 0 of 3 simulated")) << other.errors;
+}
+
 // A task that is killed leaves "running"; on the same machine it is known to be lost.
 TEST_F(Farm, TasksThatWereKilledAreNamed) {
   ASSERT_EQ(farm({"--engine", "local", "--frames", "5"}).status, 0);

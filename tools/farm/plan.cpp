@@ -165,6 +165,24 @@ void plan_runs(const tools::FarmOptions& options, Plan& plan) {
   plan.tasks = std::min(options.tasks.value_or(plan.kind == Kind::run ? 8 : 1), plan.frames + 1);
 }
 
+// Returns the folders in which the farm of a scene, run or study may be, the most probable one first.
+std::vector<fs::path> farm_folders(const std::string& name, const std::string& out) {
+  const auto beside = [](const fs::path& folder) {
+    return fs::path(without_slash(folder).string() + ".farm");
+  };
+  if (!out.empty()) return {beside(out)};
+  const fs::path plain = without_slash(name);
+  std::vector<fs::path> folders = {plain, beside(plain), beside(fs::path("out") / plain)};
+  std::error_code missing;
+  if (fs::is_regular_file(plain, missing) && !is_study(plain)) {
+    tools::SceneChoice scene;
+    scene.name = name;
+    folders.push_back(beside(tools::run_folder(scene, {})));
+  }
+  folders.push_back(beside(fs::path("out/studies") / plain.stem()));
+  return folders;
+}
+
 constexpr const char* kinds[] = {"run", "variations", "study"};  // by Kind
 
 }  // namespace
@@ -248,13 +266,9 @@ std::string plan_json(const Plan& plan) {
   return tools::json_text(document, 1) + "\n";
 }
 
-Plan read_plan(const std::string& name) {
-  fs::path plain = fs::path(name).lexically_normal();
-  if (!plain.has_filename()) plain = plain.parent_path();
+Plan read_plan(const std::string& name, const std::string& out) {
   fs::path file;
-  for (const fs::path& folder :
-       {plain, fs::path(plain.string() + ".farm"), fs::path("out") / (plain.string() + ".farm"),
-        fs::path("out/studies") / (plain.stem().string() + ".farm")})
+  for (const fs::path& folder : farm_folders(name, out))
     if (file.empty() && fs::exists(folder / "farm.json")) file = folder / "farm.json";
   if (file.empty())
     throw FileError(name, "has no farm: there is no farm.json",

@@ -58,9 +58,10 @@ Plan make_plan(const tools::FarmOptions& options);
 // Returns the plan as JSON, for farm.json.
 std::string plan_json(const Plan& plan);
 
-// Reads the plan of `name`: the folder of a farm, or that of a run or study that has one. Throws FileError if
-// there is none, or if it is damaged.
-Plan read_plan(const std::string& name);
+// Reads the plan of `name`: the folder of a farm, the folder or the name of a run or study that has one, or
+// the scene or specification that it was written for. `out` is the value of --out; empty: none. Throws
+// FileError if there is no plan, or if it is damaged.
+Plan read_plan(const std::string& name, const std::string& out = {});
 
 // Returns whether the folder of a run holds frames of another scene or other settings than the plan asks for.
 // Such a run cannot be continued, and its results are not those of the plan. Throws FileError.
