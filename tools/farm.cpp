@@ -10,6 +10,7 @@
 #include "tools/farm/plan.h"
 #include "tools/farm/scripts.h"
 #include "tools/farm/status.h"
+#include "tools/run_products.h"
 #include "tools/study/charts.h"
 #include "tools/wording.h"
 #include <fmt/format.h>
@@ -67,7 +68,7 @@ void clear_other_runs(const farm::Plan& plan, bool overwrite, Report& report) {
   }
   for (const io::RunDirectory& other : others) {
     const io::RunLock lock(other, "duet farm");
-    io::clear_run(other);
+    replace_run(other, report);
   }
   if (!others.empty())
     report.note(fmt::format("removed {} of another scene or other settings", counted(others.size(), "run")));

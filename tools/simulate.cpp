@@ -13,6 +13,7 @@
 #include "tools/frame_drawer.h"
 #include "tools/interrupt.h"
 #include "tools/overlap_notes.h"
+#include "tools/run_products.h"
 #include "tools/scene_files.h"
 #include "tools/version.h"
 #include "tools/volume_notes.h"
@@ -212,7 +213,7 @@ void Run::prepare() {
     }
   const int resumed = options_.resume ? restore() : -1;
   manifest_.frames = std::max(last_, resumed);
-  if (options_.overwrite) io::clear_run(directory_);
+  if (options_.overwrite) replace_run(directory_, report_);
   if (resumed >= 0) note_faults(resumed);
   directory_.journal = io::RunJournal::open(directory_.root, resumed + 1);
   io::continue_run(directory_, manifest_, read_.source);

@@ -80,19 +80,11 @@ Json surroundings(const scene::Scene& described, const io::Manifest& manifest, c
   return object;
 }
 
-bool is_page(const fs::path& path) {
-  std::string start;
-  io::read_pieces(path, [&](std::string_view piece) {
-    start += piece;
-    return start.size() < view::page_start.size();
-  });
-  return start.starts_with(view::page_start);
-}
-
 void require_replaceable(const fs::path& target) {
   std::error_code none;
   if (!fs::exists(target, none)) return;
-  if (fs::is_regular_file(target, none) && (fs::file_size(target, none) == 0 || is_page(target))) return;
+  if (fs::is_regular_file(target, none) && (fs::file_size(target, none) == 0 || view::is_page(target)))
+    return;
   throw Error(ExitStatus::usage,
               fmt::format("{}: is no page of `duet view`, and stays untouched (give another path with --out)",
                           target.string()));

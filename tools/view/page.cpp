@@ -6,6 +6,8 @@
 #include "tools/study/page.h"
 #include <fmt/format.h>
 
+#include "sim/base/files.h"
+
 namespace duet::view {
 namespace {
 
@@ -34,6 +36,17 @@ std::string replaced(std::string text, std::string_view mark, std::string_view b
 }
 
 }  // namespace
+
+bool is_page(const std::filesystem::path& path) {
+  std::error_code missing;
+  if (!std::filesystem::is_regular_file(path, missing)) return false;
+  std::string start;
+  io::read_pieces(path, [&](std::string_view piece) {
+    start += piece;
+    return start.size() < page_start.size();
+  });
+  return start.starts_with(page_start);
+}
 
 std::string page_head(const std::string& title, const nlohmann::ordered_json& run) {
   std::string body = replaced(std::string(page_file("page.html")), "{title}", study::escaped(title));
