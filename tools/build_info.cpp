@@ -1,8 +1,12 @@
 #include "tools/build_info.h"
 
+#include <fstream>
+#include <thread>
+
 #include "tools/processor/processor.h"
 #include "tools/version.h"
 #include <fmt/format.h>
+#include <sys/utsname.h>
 
 #include "sim/base/numerics.h"
 
@@ -25,6 +29,20 @@ std::string variant_text() {
   const std::string code = DUET_ARCHITECTURE;
 #endif
   return std::string(DUET_MARCH) == "native" ? fmt::format("native ({})", code) : code;
+}
+
+std::string machine_text() {
+  std::ifstream cpus("/proc/cpuinfo");
+  std::string line, model = "unknown processor";
+  while (std::getline(cpus, line))
+    if (line.starts_with("model name") && line.find(": ") != std::string::npos) {
+      model = line.substr(line.find(": ") + 2);
+      break;
+    }
+  utsname system{};
+  ::uname(&system);
+  return fmt::format("{}, {} hardware threads, {} {}", model, std::thread::hardware_concurrency(),
+                     system.sysname, system.machine);
 }
 
 std::string version_text() {

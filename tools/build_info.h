@@ -13,6 +13,9 @@ std::string compiler_text();
 // is "native (x86-64-v4)".
 std::string variant_text();
 
+// Returns a description of this machine for manifests: processor, threads and operating system.
+std::string machine_text();
+
 // Returns the line that `duet --version` prints: "duet 0.1.0 (0123456789ab), g++ 12.2.0, x86-64-v3, numerics
 // 1". The hexadecimal number is the git commit.
 std::string version_text();

@@ -2,10 +2,8 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <optional>
-#include <thread>
 #include <utility>
 
 #include "tools/build_info.h"
@@ -13,12 +11,12 @@
 #include "tools/frame_drawer.h"
 #include "tools/interrupt.h"
 #include "tools/overlap_notes.h"
+#include "tools/run_difference.h"
 #include "tools/run_products.h"
 #include "tools/scene_files.h"
 #include "tools/version.h"
 #include "tools/volume_notes.h"
 #include <fmt/format.h>
-#include <sys/utsname.h>
 
 #include "sim/base/files.h"
 #include "sim/base/numerics.h"
@@ -41,21 +39,6 @@
 namespace duet::tools {
 namespace {
 namespace fs = std::filesystem;
-
-// Describes the machine for the manifest: processor, threads and operating system.
-std::string machine_text() {
-  std::ifstream cpus("/proc/cpuinfo");
-  std::string line, model = "unknown processor";
-  while (std::getline(cpus, line))
-    if (line.starts_with("model name") && line.find(": ") != std::string::npos) {
-      model = line.substr(line.find(": ") + 2);
-      break;
-    }
-  utsname system{};
-  ::uname(&system);
-  return fmt::format("{}, {} hardware threads, {} {}", model, std::thread::hardware_concurrency(),
-                     system.sysname, system.machine);
-}
 
 // Returns the time at which a run that may take `seconds` of wall time from now on begins no further frame.
 std::chrono::steady_clock::time_point end_of(std::optional<double> seconds) {
@@ -269,12 +252,16 @@ int Run::restore() {
 
 void Run::refuse_without_checkpoint(const io::CheckpointSearch& search, const io::HeldRun& held) const {
   const std::string root = directory_.root.string();
-  if (search.foreign)
+  if (search.foreign) {
+    const std::string difference = difference_from_run(directory_, options_.scene, read_);
     throw Error(
         ExitStatus::usage,
-        fmt::format("{}: nothing to resume for this scene (give the scene, --set and --without of the "
-                    "earlier run, or --overwrite instead of --resume to replace its frames)",
-                    root));
+        fmt::format("{}: nothing to resume for this scene{}{} (`duet {} {} --resume --frames N` goes on "
+                    "with the scene and settings of the earlier run, --overwrite instead of --resume "
+                    "replaces its frames)",
+                    root, difference.empty() ? "" : ": ", difference, options_.draw ? "run" : "sim",
+                    shell_word(root)));
+  }
   if (search.other_format)
     throw Error(ExitStatus::usage,
                 fmt::format("{}: its checkpoints are of {}, and this program cannot read them (continue with "

@@ -231,7 +231,7 @@ TEST_F(Restart, ResumeRefusesAnotherScene) {
     arguments.insert(arguments.end(), change.begin(), change.end());
     const Finished refused = run_duet(arguments);
     EXPECT_EQ(refused.status, 2);
-    EXPECT_NE(refused.errors.find("--set and --without of the earlier run"), std::string::npos)
+    EXPECT_NE(refused.errors.find("the scene and settings of the earlier run"), std::string::npos)
         << refused.errors;
   }
   EXPECT_EQ(fs::last_write_time(run.mesh(2)), mesh_time);
