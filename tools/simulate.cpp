@@ -112,9 +112,11 @@ class Run {
   bool drawn(int frame) const;
   // Reports damaged and lost files of the frames up to `resumed`, and keeps them for the outcome.
   void note_faults(int resumed);
-  // Queues the frames up to `resumed` whose pictures are missing, and reports missing meshes. Announces the
-  // work.
+  // Queues the frames up to `resumed` whose pictures are missing, and keeps those without a mesh for the
+  // outcome. Announces the work.
   void redraw_missing(int resumed);
+  // Returns the end of an outcome that names the frames without a mesh; empty if there are none.
+  std::string unwritten_text() const;
   // Reports bodies that overlap at the start.
   void note_overlaps();
   // Reports thin bodies that are pinched between others.
@@ -140,6 +142,7 @@ class Run {
   std::unique_ptr<io::StatsLog> stats_;
   std::unique_ptr<io::StageLog> stages_;
   int recorded_ = -1;                // last frame that is whole in the folder; -1: none
+  std::vector<int> unwritten_;       // frames before a --resume whose meshes are asked for and not there
   std::vector<std::string> faults_;  // damaged and lost files of the frames before a --resume
   Totals totals_;
   std::vector<PinchStats> pinched_;  // pinches so far, each with the least room of the run
@@ -323,25 +326,31 @@ bool Run::drawn(int frame) const {
 }
 
 // Frames that an earlier run simulated are drawn if their pictures are missing. Frames that it did not write
-// cannot be drawn: only their number is noted.
+// cannot be drawn: the outcome names them.
 void Run::redraw_missing(int resumed) {
-  int missing = 0;
   std::vector<int> to_draw_again;
   for (int frame = first_; frame <= std::min(resumed, last_); ++frame) {
-    if (!written(frame)) ++missing;
+    // A mesh that the journal lists was lost, which is a fault.
+    if (!written(frame) && !options_.stats_only && !directory_.journal->entry(directory_.mesh(frame)))
+      unwritten_.push_back(frame);
     if (drawer_ && written(frame) && !drawn(frame) &&
         directory_.journal->fault(directory_.mesh(frame)).empty())
       to_draw_again.push_back(frame);
   }
-  if (missing > 0)
-    report_.note(fmt::format(
-        "{} frames up to frame {} were not written by the earlier run; they stay missing", missing, resumed));
   int to_draw = static_cast<int>(to_draw_again.size());
   if (drawer_) to_draw += std::max(0, last_ - std::max(first_, resumed + 1) + 1);
   report_.start(read_.scene.title.empty() ? read_.scene.path : read_.scene.title, directory_.root.string(),
                 std::max(resumed, 0), last_, to_draw);
   if (!drawer_) return;
   for (const int frame : to_draw_again) drawer_->add(frame);
+}
+
+std::string Run::unwritten_text() const {
+  if (unwritten_.empty()) return {};
+  return fmt::format(
+      "; {} {} no meshes, because the earlier run wrote none (--overwrite instead of --resume "
+      "simulates all frames anew)",
+      io::frames_text(unwritten_), unwritten_.size() == 1 ? "has" : "have");
 }
 
 // Reports at most ten pairs: a pile may have hundreds of them, which `duet check` lists.
@@ -443,8 +452,8 @@ Outcome Run::work() {
   if (drawer_ && drawer_->seconds_per_frame() > 0)
     drawing = fmt::format("; {:.2g} s of drawing a picture", drawer_->seconds_per_frame());
   const std::string text =
-      fmt::format("frames {} to {} in {}, {:.1f} s{}{}{}{}", first_, last_, directory_.root.string(), seconds,
-                  totals_.text(), drawing, pinched, video);
+      fmt::format("frames {} to {} in {}, {:.1f} s{}{}{}{}{}", first_, last_, directory_.root.string(),
+                  seconds, totals_.text(), drawing, pinched, video, unwritten_text());
   if (faults_.empty()) return {ExitStatus::done, text};
   return {
       ExitStatus::files,

@@ -73,5 +73,18 @@ TEST_F(Resume, ACommentIsNamedAsOne) {
   expect_refused({}, "only comments or the layout of the scene file differ");
 }
 
+TEST_F(Resume, FramesWithoutMeshesAreNamedAtTheEnd) {
+  simulate(scene.string(), {"--frames", "3", "--stats-only"});
+  const Finished after_stats = resume({"--frames", "5"});
+  EXPECT_EQ(after_stats.status, 0) << after_stats.errors;
+  EXPECT_TRUE(contains(after_stats.last_line(), "; frames 0 to 3 have no meshes")) << after_stats.last_line();
+  simulate(scene.string(), {"--frames", "2:4"});
+  const Finished after_part = resume({"--frames", "6"});
+  EXPECT_TRUE(contains(after_part.last_line(), "; frames 0 to 1 have no meshes")) << after_part.last_line();
+  EXPECT_FALSE(contains(resume({"--frames", "2:7"}).last_line(), "no meshes"));
+  simulate(scene.string(), {"--frames", "2", "--stats-only"});
+  EXPECT_FALSE(contains(resume({"--frames", "3", "--stats-only"}).last_line(), "no meshes"));
+}
+
 }  // namespace
 }  // namespace duet::test::resume_test
