@@ -13,6 +13,9 @@
 namespace duet::render {
 namespace {
 
+// Keyword of the text chunk that names the maker of a picture, with the zero byte at its end.
+constexpr std::string_view maker_key("Software\0", 9);
+
 // Appends four bytes, the most significant first.
 void append_u32(std::string& bytes, std::uint32_t value) {
   for (int shift = 24; shift >= 0; shift -= 8) bytes.push_back(static_cast<char>((value >> shift) & 0xff));
@@ -58,7 +61,8 @@ std::string compress_rows(const std::string& rows, const std::string& path) {
 
 }  // namespace
 
-std::string png_bytes(const std::string& path, int width, int height, const std::vector<unsigned char>& rgb) {
+std::string png_bytes(const std::string& path, int width, int height, const std::vector<unsigned char>& rgb,
+                      const std::string& maker) {
   if (width < 1 || height < 1 ||
       rgb.size() != 3 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height))
     throw FileError(path,
@@ -72,13 +76,26 @@ std::string png_bytes(const std::string& path, int width, int height, const std:
   std::string png = "\x89PNG\r\n\x1a\n";
   append_chunk(png, "IHDR", header);
   append_chunk(png, "sRGB", std::string(1, '\0'));  // perceptual intent
+  if (!maker.empty()) append_chunk(png, "tEXt", std::string(maker_key) + maker);
   append_chunk(png, "IDAT", compress_rows(filter_rows(width, height, rgb), path));
   append_chunk(png, "IEND", "");
   return png;
 }
 
-void write_png(const std::string& path, int width, int height, const std::vector<unsigned char>& rgb) {
-  io::write_atomically(path, png_bytes(path, width, height, rgb));
+void write_png(const std::string& path, int width, int height, const std::vector<unsigned char>& rgb,
+               const std::string& maker) {
+  io::write_atomically(path, png_bytes(path, width, height, rgb, maker));
+}
+
+bool is_made_by(const std::filesystem::path& file, const std::string& maker) {
+  constexpr std::size_t before = 8 + 25 + 13 + 4;  // bytes of the signature, IHDR, sRGB, and a length
+  const std::string mark = "tEXt" + std::string(maker_key) + maker;
+  std::string start;
+  io::read_pieces(file, [&](std::string_view piece) {
+    start += piece;
+    return start.size() < before + mark.size();
+  });
+  return start.size() >= before && std::string_view(start).substr(before).starts_with(mark);
 }
 
 bool is_whole_png(std::string_view bytes, int width, int height) {

@@ -51,15 +51,21 @@ class SequenceRenderer {
 };
 
 /// Returns a PNG file (8-bit RGB with an sRGB chunk) of `rgb`, which has 3 * width * height bytes in rows
-/// from the top. Throws FileError that names `path` if the number of bytes is another.
-std::string png_bytes(const std::string& path, int width, int height, const std::vector<unsigned char>& rgb);
+/// from the top. The command `maker` is named in a text chunk unless it is empty. Throws FileError that names
+/// `path` if the number of bytes is another.
+std::string png_bytes(const std::string& path, int width, int height, const std::vector<unsigned char>& rgb,
+                      const std::string& maker = {});
 
 /// Returns whether `bytes` are a PNG of `width` x `height` pixels whose chunks all match their checksums and
 /// end with IEND.
 bool is_whole_png(std::string_view bytes, int width, int height);
 
 /// Writes png_bytes() to a file atomically. Throws FileError.
-void write_png(const std::string& path, int width, int height, const std::vector<unsigned char>& rgb);
+void write_png(const std::string& path, int width, int height, const std::vector<unsigned char>& rgb,
+               const std::string& maker = {});
+
+/// Returns whether a file begins as png_bytes() of this `maker`. Throws FileError if it cannot be read.
+bool is_made_by(const std::filesystem::path& file, const std::string& maker);
 
 /// Encodes image/NNNN.png of `run` into NAME.mp4 there, `fps` pictures a second. `ffmpeg` is looked up in
 /// PATH unless it is a path. Returns a note for the user: the path of the file, or why there is no video ("no

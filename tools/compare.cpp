@@ -7,6 +7,7 @@
 
 #include "tools/commands.h"
 #include "tools/interrupt.h"
+#include "tools/replaceable.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -19,6 +20,9 @@
 namespace duet::tools {
 namespace {
 namespace fs = std::filesystem;
+
+// Maker that the pictures of differences name, by which earlier ones are known.
+constexpr const char* difference_maker = "duet compare";
 
 // One side of the comparison: a picture, or a folder of pictures.
 struct Side {
@@ -128,6 +132,22 @@ std::vector<Pair> pairs_of(const CompareOptions& options) {
   return pairs;
 }
 
+// Throws Error (usage) if a picture of a difference would replace one that is compared, or a file that this
+// command did not write.
+void require_replaceable_differences(const std::vector<Pair>& pairs) {
+  for (const Pair& pair : pairs) {
+    if (pair.difference.empty()) continue;
+    std::error_code missing;
+    for (const fs::path& compared : {pair.a, pair.b})
+      if (fs::equivalent(pair.difference, compared, missing))
+        throw Error(ExitStatus::usage,
+                    fmt::format("--difference {}: is a picture that is compared, and stays untouched (give "
+                                "another path)",
+                                pair.difference.string()));
+    require_own_picture(pair.difference, difference_maker, "picture of a difference");
+  }
+}
+
 void require_same_size(const Pair& pair, const render::Picture& a, const render::Picture& b) {
   if (a.width != b.width || a.height != b.height)
     throw Error(ExitStatus::usage,
@@ -159,6 +179,7 @@ void print_pair(const CompareOptions& options, const Pair& pair, const render::D
 Outcome compare(const CompareOptions& options) {
   const OrderlyStop orderly;
   const std::vector<Pair> pairs = pairs_of(options);
+  require_replaceable_differences(pairs);
   int differing = 0;
   double worst = -1;
   std::string worst_text;
@@ -170,7 +191,8 @@ Outcome compare(const CompareOptions& options) {
     const std::string broken = render::broken_bounds(difference, options.bounds);
     print_pair(options, pair, difference, broken);
     if (!pair.difference.empty())
-      render::write_png(pair.difference.string(), a.width, a.height, render::difference_picture(a, b).rgb);
+      render::write_png(pair.difference.string(), a.width, a.height, render::difference_picture(a, b).rgb,
+                        difference_maker);
     if (broken.empty()) continue;
     ++differing;
     if (difference.rmse > worst) {

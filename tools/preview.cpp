@@ -5,6 +5,7 @@
 
 #include "tools/commands.h"
 #include "tools/interrupt.h"
+#include "tools/replaceable.h"
 #include "tools/scene_files.h"
 #include "tools/sheet.h"
 #include <fmt/format.h>
@@ -20,6 +21,9 @@
 namespace duet::tools {
 namespace {
 namespace fs = std::filesystem;
+
+// Maker that the pictures of this command name, by which an earlier preview is known.
+constexpr const char* preview_maker = "duet preview";
 
 constexpr int default_width = 320, default_height = 180;  // pixels
 
@@ -86,6 +90,7 @@ void require_png(const std::string& out) {
   if (!folder.empty() && !fs::is_directory(folder, unknown))
     throw FileError(out, fmt::format("there is no folder {}", folder.string()),
                     fmt::format("`mkdir -p {}` makes it", shell_word(folder.string())));
+  require_own_picture(out, preview_maker, "preview");
 }
 
 // A scene that is simulated in memory and drawn onto a sheet.
@@ -168,7 +173,7 @@ Outcome preview(const PreviewOptions& options, Report& report) {
   }
   if (options.out.empty()) io::create_folder(path.parent_path());
   const render::Picture& picture = work.picture();
-  render::write_png(path.string(), picture.width, picture.height, picture.rgb);
+  render::write_png(path.string(), picture.width, picture.height, picture.rgb, preview_maker);
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   const std::string what =
       options.moments ? fmt::format("{} frames from 0 to {}", work.frames().size(), work.frames().back())

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "tools/commands.h"
+#include "tools/replaceable.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -63,9 +64,11 @@ std::optional<double> wanted_spacing(const TetrahedralizeOptions& options, const
   return options.spacing;
 }
 
+bool is_vtk(const std::string& path) { return std::filesystem::path(path).extension() == ".vtk"; }
+
 // Returns the content of the file, in the format of its extension.
 std::string file_text(const std::string& path, const TetMesh& mesh) {
-  return std::filesystem::path(path).extension() == ".vtk" ? vtk_text(mesh) : medit_text(mesh);
+  return is_vtk(path) ? vtk_text(mesh) : medit_text(mesh);
 }
 
 void require_known_ending(const std::string& path) {
@@ -115,6 +118,7 @@ nlohmann::json json_of(const Filling& result) {
 
 Outcome tetrahedralize(const TetrahedralizeOptions& options, Report& report) {
   require_known_ending(options.out);
+  require_own_text(options.out, is_vtk(options.out) ? vtk_start : medit_start, "file of tetrahedra");
   const TriangleMesh surface = read_solid(options.in, report);
   const auto start = std::chrono::steady_clock::now();
   const std::optional<double> wanted = wanted_spacing(options, surface);

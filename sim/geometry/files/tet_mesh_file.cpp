@@ -282,7 +282,7 @@ TetMesh read_tet_mesh(const std::string& path) {
 }
 
 std::string medit_text(const TetMesh& mesh) {
-  std::string text = fmt::format("MeshVersionFormatted 2\nDimension 3\nVertices\n{}\n", mesh.nodes.size());
+  std::string text = fmt::format("{}{}\n", medit_start, mesh.nodes.size());
   const auto out = std::back_inserter(text);
   for (const Vec3& x : mesh.nodes) fmt::format_to(out, "{} {} {} 0\n", x.x(), x.y(), x.z());
   fmt::format_to(out, "Tetrahedra\n{}\n", mesh.tets.size());
@@ -292,9 +292,8 @@ std::string medit_text(const TetMesh& mesh) {
 }
 
 std::string vtk_text(const TetMesh& mesh) {
-  std::string text = fmt::format(
-      "# vtk DataFile Version 3.0\nTetrahedra\nASCII\nDATASET UNSTRUCTURED_GRID\nPOINTS {} double\n",
-      mesh.nodes.size());
+  std::string text =
+      fmt::format("{}DATASET UNSTRUCTURED_GRID\nPOINTS {} double\n", vtk_start, mesh.nodes.size());
   const auto out = std::back_inserter(text);
   for (const Vec3& x : mesh.nodes) fmt::format_to(out, "{} {} {}\n", x.x(), x.y(), x.z());
   fmt::format_to(out, "CELLS {} {}\n", mesh.tets.size(), 5 * mesh.tets.size());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 #include "sim/geometry/mesh/tet_mesh.h"
 
@@ -11,6 +12,11 @@ namespace duet {
 /// and axes of the file. Everything else in the file is skipped. Throws FileError if the file cannot be
 /// understood or has no tet. The mesh need not be valid; see repair().
 TetMesh read_tet_mesh(const std::string& path);
+
+/// Every medit_text() begins with this; files of Medit and Gmsh lay the same words out in other lines.
+inline constexpr std::string_view medit_start = "MeshVersionFormatted 2\nDimension 3\nVertices\n";
+/// Every vtk_text() begins with this, which includes its title.
+inline constexpr std::string_view vtk_start = "# vtk DataFile Version 3.0\nTetrahedra\nASCII\n";
 
 /// Returns the text of a Medit file (.mesh), which read_tet_mesh(), Gmsh and other programs read. Coordinates
 /// are kept to the last bit.
