@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -70,7 +71,7 @@ RunCheck check_once(const RunDirectory& run) {
   }
   check.faults = journal->faults();
   const std::map<std::string, RunJournal::Entry> entries = journal->entries();
-  int newest = -1;  // frame of the newest checkpoint that is listed
+  int newest = -1;  // frame of the newest checkpoint that is listed; -1: none
   for (const auto& [name, entry] : entries) {
     if (entry.state == State::whole && fs::path(name).parent_path() == "checkpoint")
       newest = std::max(newest, frame_of(name));
@@ -87,25 +88,27 @@ RunCheck check_once(const RunDirectory& run) {
     check.notes.push_back(fmt::format(
         "{}: its last line has no end, as after a power failure: the file that it was about is not checked",
         journal_path(run.root).string()));
-  int before = 0;                     // number of files of frames before the journal's first frame
-  std::vector<std::string> unlisted;  // paths of files after the newest checkpoint
+  const int in_hand = std::max(newest + 1, journal->first_frame());
+  int before = 0;  // number of files of frames before the journal's first frame
+  std::vector<std::pair<std::string, int>> unlisted;  // paths and frames of files after the newest checkpoint
   for (const std::string& name : files_of_run(run)) {
     if (entries.contains(name)) continue;
     const int frame = frame_of(name);
     const std::string path = (run.root / name).string();
     if (frame >= 0 && frame < journal->first_frame())
       ++before;
-    else if (fs::path(name).parent_path() == "image")
+    else if (fs::path(name).parent_path() == "image" && frame <= in_hand)
       check.notes.push_back(path + not_whole);
     else if (frame > newest || newest < 0)
-      unlisted.push_back(path);
+      unlisted.emplace_back(path, frame);
     else
       check.faults.push_back(path + not_listed);
   }
-  // A simulation lists each file before it writes the next one.
+  // A simulation lists each file before it writes the next one, so that at most the frame in hand is not
+  // listed.
   constexpr std::size_t most_unlisted = 2;
-  for (const std::string& path : unlisted)
-    if (unlisted.size() <= most_unlisted)
+  for (const auto& [path, frame] : unlisted)
+    if (unlisted.size() <= most_unlisted && frame <= in_hand)
       check.notes.push_back(path + not_whole);
     else
       check.faults.push_back(path + not_listed);

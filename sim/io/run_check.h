@@ -17,9 +17,10 @@ struct RunCheck {
 };
 
 /// Compares every file that the run's journal lists, and looks for files of a run that it does not list. A
-/// run without a journal has one fault that says so. Files that are not listed and belong to frames after
+/// run without a journal has one fault that says so. Files that are not listed and belong to the frame after
 /// the newest checkpoint are notes, not faults, if they are at most two: a program may be writing them, or
-/// was killed while it did. More of them mean that the journal has lost lines. If a simulation goes on
+/// was killed while it did. More of them mean that the journal has lost lines. Files whose names no run gives
+/// are not looked at. If a simulation goes on
 /// meanwhile, a check with faults is repeated until the journal stays as it is. A journal that is removed
 /// meanwhile is missing. Throws FileError if the journal cannot be read.
 RunCheck check_run(const RunDirectory& run);

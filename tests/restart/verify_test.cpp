@@ -114,6 +114,24 @@ TEST_F(Verify, AKilledRunHasNoDamage) {
   EXPECT_EQ(verified.output.size(), 1U) << "nothing is left unchecked";
 }
 
+// Files that are named as those of a run are its own: one that the journal does not know is a fault, also if
+// it stands alone. Other files are the user's.
+TEST_F(Verify, FilesOfFramesThatTheRunLacksAreNamed) {
+  simulate({"run", "--frames", "2"});
+  for (const char* own : {"notes.txt", "mesh/my.txt", "values/x.npy", "image/best.png"})
+    io::write_atomically(run.root / own, "mine");
+  const Finished whole = duet({"verify", "run"});
+  EXPECT_EQ(whole.status, 0) << whole.errors;
+  EXPECT_EQ(whole.output.size(), 1U);
+  for (const char* name : {"mesh/0099.obj", "values/0004.npy", "image/0099.png", "levelset/0005.vdb"}) {
+    io::write_atomically(run.root / name, "of another program");
+    expect_refused({"verify", "run"}, {std::string("run/") + name + ": is not in the journal"});
+    fs::remove(run.root / name);
+  }
+  io::write_atomically(run.mesh(3), "a frame in hand when the program was killed");
+  EXPECT_EQ(duet({"verify", "run"}).status, 0);
+}
+
 TEST_F(Verify, ReadersRefuseWhatIsDamaged) {
   simulate({"run", "--frames", "4"});
   const std::string mesh = io::read_file(run.mesh(2)), stats = io::read_file(run.stats());
