@@ -5,6 +5,7 @@
 #include <filesystem>
 
 #include "tools/commands.h"
+#include "tools/run_difference.h"
 #include "tools/scene_files.h"
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -56,11 +57,20 @@ Outcome overlaps(const OverlapOptions& options) {
   const EffectSet effects = scene::plan_effects(read.scene, options.scene.without).active();
   const io::RunDirectory run = find_run(run_folder(options.scene, options.out).string());
   const io::CheckpointSearch search = io::find_checkpoint(run, run_identity(options.scene, read, effects));
-  if (!search.found)
+  if (!search.found && search.other_format && !search.foreign)
+    throw Error(
+        ExitStatus::usage,
+        fmt::format("{}: its checkpoints are of {}, and this program cannot read them (look at it with "
+                    "that program, or simulate the scene anew in another folder)",
+                    run.root.string(), io::program_text(io::read_manifest(run).origin)));
+  if (!search.found) {
+    const std::string difference =
+        search.foreign ? difference_from_run(run, options.scene, read) : std::string();
     throw Error(ExitStatus::usage,
-                fmt::format("{}: no whole checkpoint of this scene (give the scene, --set and --without that "
-                            "the run was simulated with)",
-                            run.root.string()));
+                fmt::format("{}: no whole checkpoint of this scene{}{} (give the scene, --set and --without "
+                            "that the run was simulated with)",
+                            run.root.string(), difference.empty() ? "" : ": ", difference));
+  }
   require_newest(run, search);
   Simulation simulation(read.scene, effects);
   load_checkpoint(run, *search.found, simulation);

@@ -2,11 +2,14 @@
 #pragma once
 
 #include <cerrno>
+#include <cstdlib>
 #include <filesystem>
 #include <string>
+#include <system_error>
 
 #include <stdlib.h>
 
+#include "sim/base/error.h"
 #include "sim/base/files.h"
 
 namespace duet {
@@ -17,7 +20,15 @@ class ScratchFolder {
  public:
   /// Throws FileError if the folder cannot be made.
   ScratchFolder() {
-    std::string name = (std::filesystem::temp_directory_path() / "duet-XXXXXX").string();
+    std::error_code missing;
+    const std::filesystem::path folder = std::filesystem::temp_directory_path(missing);
+    if (missing) {
+      const char* chosen = std::getenv("TMPDIR");
+      throw FileError(chosen != nullptr ? chosen : "/tmp",
+                      "is no folder, and temporary files are to be in it",
+                      "make it, or set TMPDIR to another folder");
+    }
+    std::string name = (folder / "duet-XXXXXX").string();
     if (::mkdtemp(name.data()) == nullptr) throw io::system_error(name, "cannot make a folder", errno);
     path_ = name;
   }

@@ -86,5 +86,25 @@ TEST_F(Resume, FramesWithoutMeshesAreNamedAtTheEnd) {
   EXPECT_FALSE(contains(resume({"--frames", "3", "--stats-only"}).last_line(), "no meshes"));
 }
 
+// A checkpoint of another format is of another program, whatever its scene is.
+TEST_F(Resume, OverlapsNamesTheProgramOfOtherCheckpoints) {
+  simulate(scene.string(), {"--frames", "1"});
+  const std::vector<std::string> words = {"overlaps", scene.string(), "--out", run.root.string()};
+  EXPECT_EQ(run_duet(words).status, 0);
+  const Finished other =
+      run_duet({"overlaps", scene.string(), "--out", run.root.string(), "--set", "frames=9"});
+  EXPECT_TRUE(contains(other.errors, "no whole checkpoint of this scene: `frames` is 9 and was 40"))
+      << other.errors;
+  for (const fs::path& file : io::files_in(run.checkpoint())) {
+    std::string bytes = io::read_file(file);
+    bytes[8] ^= 0x40;  // the number of the format
+    io::write_atomically(file, bytes);
+  }
+  const Finished old = run_duet(words);
+  EXPECT_EQ(old.status, 2);
+  EXPECT_TRUE(contains(old.errors, "its checkpoints are of duet ")) << old.errors;
+  EXPECT_TRUE(contains(old.errors, "this program cannot read them")) << old.errors;
+}
+
 }  // namespace
 }  // namespace duet::test::resume_test
