@@ -88,7 +88,8 @@ void add_simulate(CLI::App& app, CommandLine& line, bool draw) {
       ->type_name("SECONDS");
   app.add_flag("--overwrite", options.overwrite,
                "Replace the run in the folder: its frames, pictures, statistics and checkpoints are removed "
-               "first. Without it and --resume a folder that holds a run is refused")
+               "first, and exports, page and report that show them. Without it and --resume a folder that "
+               "holds a run is refused")
       ->excludes(resume);
   app.add_flag("--allow-other-build", options.allow_other_build,
                "Continue also a run whose frames another version of the numerics computed")
