@@ -32,6 +32,12 @@ std::size_t line_of_deep_key(const std::string& text) {
   return 0;
 }
 
+// Returns whether a node with this source position was made by an override: such nodes have none, or one in
+// the document that the override was parsed from.
+bool is_of_override(const toml::source_region& region) {
+  return region.begin.line == 0 || (region.path && *region.path == override_file);
+}
+
 std::string trimmed(const std::string& text) {
   const auto first = text.find_first_not_of(" \t\r\n");
   if (first == std::string::npos) return {};
@@ -148,14 +154,30 @@ std::pair<toml::table*, std::string> resolve(toml::table& document, const std::s
 void Problems::add(const toml::source_region& region, std::string key, std::string message,
                    std::string hint) {
   const toml::source_region at = place(region, key);
-  // Nodes that an override made have no source position, or one in the document that the override was parsed
-  // from.
-  if (at.begin.line == 0 || (at.path && *at.path == override_file)) {
+  if (region.begin.line == 0) message += origin_of(key);
+  if (is_of_override(at)) {
     add_override(std::move(key), std::move(message), std::move(hint));
     return;
   }
   problems_.push_back({file_, static_cast<int>(at.begin.line), static_cast<int>(at.begin.column),
                        std::move(key), std::move(message), std::move(hint)});
+}
+
+void Problems::add_parameter(const std::string& path, const toml::source_region& use, const std::string& name,
+                             const toml::source_region& parameter) {
+  if (!is_of_override(use)) copies_.add(path, std::make_shared<Places>(Places{{"", use}}));
+  const std::string place =
+      is_of_override(parameter) ? "set by --set" : fmt::format("in line {}", parameter.begin.line);
+  origins_.insert_or_assign(path, fmt::format(", from the parameter `{}` {}", name, place));
+}
+
+// Returns a phrase that says which parameter the value at `path`, or the array or table around it, is; empty
+// if it is none.
+std::string Problems::origin_of(const std::string& path) const {
+  for (std::string outer = path;; outer.resize(outer.find_last_of(".["))) {
+    if (const auto found = origins_.find(outer); found != origins_.end()) return found->second;
+    if (outer.find_last_of(".[") == std::string::npos) return {};
+  }
 }
 
 void Problems::add_override(std::string key, std::string message, std::string hint) {

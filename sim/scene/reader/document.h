@@ -2,6 +2,7 @@
 // includes toml++.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,11 @@ class Problems {
   /// Adds a problem of the value at `region` in the file. `key` is its path in the document; if `region` has
   /// no line, the original of a copied value is looked up by this path. `hint` is a remedy or a near miss.
   void add(const toml::source_region& region, std::string key, std::string message, std::string hint = {});
+  /// Records that the value at `path` is that of the parameter `name`, which stands in the file at
+  /// `parameter`. The text "$name" that it replaces stands at `use`. Problems of the value are reported there
+  /// and name the parameter. A place without a line is that of an override.
+  void add_parameter(const std::string& path, const toml::source_region& use, const std::string& name,
+                     const toml::source_region& parameter);
   /// Adds a problem of an override.
   void add_override(std::string key, std::string message, std::string hint = {});
   /// Adds a problem of the scene as a whole.
@@ -38,8 +44,11 @@ class Problems {
   void throw_if_any();
 
  private:
+  std::string origin_of(const std::string& path) const;
+
   std::string file_;
   CopiedPlaces copies_;
+  std::map<std::string, std::string> origins_;  // by the paths of values: which parameters they are
   std::vector<SceneProblem> problems_;
 };
 

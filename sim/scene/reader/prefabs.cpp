@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <map>
 #include <memory>
 #include <numbers>
@@ -15,6 +14,8 @@
 #include "sim/scene/joints.h"
 #include "sim/scene/reader/expansion_limits.h"
 #include "sim/scene/reader/lengths.h"
+#include "sim/scene/reader/parameters.h"
+#include "sim/scene/reader/prefab_checks.h"
 #include "sim/scene/reader/random_placement.h"
 #include "sim/scene/reader/table_reader.h"
 
@@ -79,24 +80,14 @@ toml::node* at_path(toml::table& table, std::string_view path) {
   return inner->get(path);
 }
 
-// Returns the path of the element at `index` of a list, as the reader names it.
-std::string path_of(const toml::table& element, const std::string& list, std::size_t index) {
-  const std::string name = element["name"].value_or(std::string());
-  return name.empty() ? fmt::format("{}[{}]", list, index) : fmt::format("{}.{}", list, name);
-}
-
-// Returns whether the text has the form "$name".
-bool names_parameter(const std::string& text) {
-  return text.size() > 1 && text[0] == '$' && (std::isalpha(static_cast<unsigned char>(text[1])) != 0);
-}
-
 // Expands the document of a scene; see expand().
 class Expander {
  public:
   Expander(toml::table& document, Problems& problems) : document_(document), problems_(problems) {}
 
   void expand() {
-    take_scene_parameters();
+    check_expanded_tables(document_, problems_);
+    parameters_.take_from(document_);
     repeat_lists(document_, "");
     toml::table* prefabs = document_["prefabs"].as_table();
     // If the instances ask for too many elements, they are refused below, and the repetitions in prefabs are
@@ -105,25 +96,16 @@ class Expander {
       for (auto&& [name, prefab] : *prefabs)
         if (toml::table* table = prefab.as_table())
           repeat_lists(*table, fmt::format("prefabs.{}.", name.str()));
-    if (toml::array* instances = document_["instances"].as_array())
-      for (toml::node& node : *instances)
-        if (const toml::table* instance = node.as_table()) place(*instance);
+    if (const toml::array* instances = document_["instances"].as_array())
+      for (std::size_t i = 0; i < instances->size(); ++i)
+        if (const toml::table* instance = (*instances)[i].as_table())
+          place(*instance, path_of(*instance, "instances", i));
+    document_.erase("parameters");
     document_.erase("prefabs");
     document_.erase("instances");
   }
 
  private:
-  // Takes the scene's parameters out of the document and puts their values in, except in prefabs, which are
-  // filled in when they are used.
-  void take_scene_parameters() {
-    const toml::table* parameters = document_["parameters"].as_table();
-    if (!parameters) return;
-    scene_parameters_ = *parameters;
-    document_.erase("parameters");
-    for (auto&& [key, value] : document_)
-      if (key.str() != "prefabs") substitute(value, {}, std::string(key.str()));
-  }
-
   // Returns the number of bodies and joints in the lists of a scene or prefab, with the repetitions that are
   // not expanded yet.
   static double elements_of(const toml::table& table) {
@@ -169,7 +151,9 @@ class Expander {
     };
     if (std::none_of(list.begin(), list.end(), repeats)) return;
     toml::array result;
-    for (toml::node& node : list) {
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      toml::node& node = list[i];
+      const std::string original = path_of(node, path, i);
       toml::table* element = node.as_table();
       const toml::table* repeat = element ? (*element)["repeat"].as_table() : nullptr;
       if (!repeat) {
@@ -178,14 +162,15 @@ class Expander {
         continue;
       }
       Repetition repetition;
-      TableReader(problems_).read(*repeat, keys(repetition), path + ".repeat", {"advance"});
-      const auto places = problems_.copies().of(*element, path_of(*element, path, result.size()));
-      if (!limits_.allow_repeat(*repeat, repetition.count, path)) continue;
+      TableReader(problems_).read(*repeat, keys(repetition), original + ".repeat", {"advance"});
+      check_advance(*repeat, original, problems_);
+      const auto places = problems_.copies().of(*element, original);
+      if (!limits_.allow_repeat(*repeat, repetition.count, original)) continue;
       toml::table copy = *element;
       copy.erase("repeat");
       for (int k = 0; k < repetition.count; ++k) {
-        result.push_back(nth(copy, *repeat, repetition, k, path));
-        problems_.copies().add(path_of(*result.back().as_table(), path, result.size() - 1), places);
+        result.push_back(nth(copy, *repeat, repetition, k, original));
+        problems_.copies().add(path_of(result.back(), path, result.size() - 1), places);
       }
     }
     list = std::move(result);
@@ -222,18 +207,20 @@ class Expander {
   }
 
   // Makes the copies of a prefab that the instance `table` asks for.
-  void place(const toml::table& table) {
+  void place(const toml::table& table, const std::string& path) {
     Instance instance;
     const std::size_t before = problems_.count();
-    TableReader(problems_).read(table, keys(instance), "instances", {"set", "vary"});
+    TableReader(problems_).read(table, keys(instance), path, {"set", "vary"});
+    check_instance(table, instance, path, problems_);
     if (problems_.count() != before) return;
-    const std::string path = fmt::format("instances.{}", instance.name);
-    toml::table* prefabs = document_["prefabs"].as_table();
-    const toml::table* prefab = prefabs ? (*prefabs)[instance.prefab].as_table() : nullptr;
+    const toml::table* prefabs = document_["prefabs"].as_table();
+    const toml::node* node = prefabs ? prefabs->get(instance.prefab) : nullptr;
+    const toml::table* prefab = node ? node->as_table() : nullptr;
+    if (node && !prefab) return;  // check_expanded_tables() has reported it
     if (!prefab) {
       std::vector<std::string> names;
       if (prefabs)
-        for (auto&& [name, node] : *prefabs) names.emplace_back(name.str());
+        for (auto&& [name, other] : *prefabs) names.emplace_back(name.str());
       const std::string hint = did_you_mean(instance.prefab, names);
       problems_.add(place_of(table, "prefab"), path + ".prefab",
                     fmt::format("unknown prefab `{}`", instance.prefab),
@@ -322,40 +309,6 @@ class Expander {
     return values;
   }
 
-  // Replaces every text "$name" inside of `node` by the value of the parameter: that of `values`, else that
-  // of the scene.
-  void substitute(toml::node& node, const toml::table& values, const std::string& path) {
-    const auto replaced = [&](toml::node& value) -> const toml::node* {
-      const auto* text = value.as_string();
-      if (!text || !names_parameter(text->get())) return nullptr;
-      const std::string name = text->get().substr(1);
-      if (const toml::node* found = values.get(name))
-        return limits_.allow_value(*found, value, path) ? found : nullptr;
-      if (const toml::node* found = scene_parameters_.get(name))
-        return limits_.allow_value(*found, value, path) ? found : nullptr;
-      if (reported_.insert(name).second)
-        problems_.add(value.source(), path, fmt::format("there is no parameter `{}`", name),
-                      "add it to the `parameters` of the prefab or of the scene");
-      return nullptr;
-    };
-    if (toml::table* table = node.as_table()) {
-      for (auto&& [key, value] : *table) {
-        if (const toml::node* with = replaced(value))
-          with->visit([&, &at = key](const auto& v) { table->insert_or_assign(at, v); });
-        else
-          substitute(value, values, path);
-      }
-    } else if (toml::array* array = node.as_array()) {
-      for (std::size_t i = 0; i < array->size(); ++i) {
-        if (const toml::node* with = replaced((*array)[i]))
-          with->visit(
-              [&](const auto& v) { array->replace(array->cbegin() + static_cast<std::ptrdiff_t>(i), v); });
-        else
-          substitute((*array)[i], values, path);
-      }
-    }
-  }
-
   // Adds one copy of the prefab at `pose`, with `name` as the prefix of its names.
   void add(const toml::table& table, const toml::table& prefab, const Pose& pose, const std::string& name,
            Random& random, const std::string& path) {
@@ -383,9 +336,10 @@ class Expander {
         const toml::node& node = (*list)[i];
         if (!node.is_table() || !target) continue;
         const std::string prefab_path = fmt::format("prefabs.{}.{}", table["prefab"].value_or(""), key);
-        const auto places = places_of(*node.as_table(), path_of(*node.as_table(), prefab_path, i));
+        const std::string original = path_of(node, prefab_path, i);
+        const auto places = places_of(*node.as_table(), original);
         toml::table copy = *node.as_table();
-        substitute(copy, values, path);
+        parameters_.fill_in(copy, values, original);
         scale_lengths(copy, scale);
         rename(copy, name, own);
         if (key == "joints")
@@ -401,7 +355,10 @@ class Expander {
   // Returns the source positions of the values of an element of a prefab, which are found once.
   std::shared_ptr<const Places> places_of(const toml::table& original, const std::string& path) {
     auto& places = places_[&original];
-    if (!places) places = problems_.copies().of(original, path);
+    if (!places) {
+      places = problems_.copies().of(original, path);
+      problems_.copies().add(path, places);  // for problems of a copy before it has a name of its own
+    }
     return places;
   }
 
@@ -491,11 +448,10 @@ class Expander {
   toml::table& document_;
   Problems& problems_;
   std::vector<PlacedBox> placed_;  // boxes of all copies that were scattered so far
-  toml::table scene_parameters_;
-  std::set<std::string> reported_;  // unknown parameters that have been reported
   std::map<const toml::table*, std::shared_ptr<const Places>> places_;  // by the elements of prefabs
   int copies_ = 0;                                                      // copies of prefabs so far
   ExpansionLimits limits_{problems_};
+  Parameters parameters_{problems_, limits_};
 };
 
 }  // namespace

@@ -120,7 +120,7 @@ Scene SceneReader::read() {
 
 void SceneReader::read_root() {
   Prototype prototype;
-  std::vector<std::string> names;
+  std::vector<std::string> names = {"parameters", "prefabs"};  // which expansion has replaced
   for (const Section& section : sections(prototype))
     if (section.layout != Layout::root) names.emplace_back(section.name);
   reader_.read(document_, keys(scene_), "", names);
