@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "sim/base/near_miss.h"
+#include "sim/scene/reader/prefab_checks.h"
 #include "sim/scene/schema.h"
 
 namespace duet::scene {
@@ -261,7 +262,7 @@ void apply_override(toml::table& document, const std::string& assignment, Proble
     return;
   }
   std::optional<toml::table> value = parse_value(key, trimmed(assignment.substr(equals + 1)), problems);
-  if (!value) return;
+  if (!value || !check_declared(document, key, *value->get("value"), problems)) return;
   const auto [table, name] = resolve(document, key, problems);
   if (!table) return;
   value->get("value")->visit(

@@ -12,6 +12,12 @@ namespace {
 
 const std::vector<std::string> prefab_keys = {"parameters", "rigid", "deformable", "joints"};
 
+std::vector<std::string> keys_of(const toml::table& table) {
+  std::vector<std::string> keys;
+  for (auto&& [key, value] : table) keys.emplace_back(key.str());
+  return keys;
+}
+
 // Returns the node as a table. If it is something else, reports that `heading` was expected and returns null.
 const toml::table* table_at(const toml::node& node, const std::string& path, const std::string& heading,
                             Problems& problems) {
@@ -52,6 +58,28 @@ void check_prefab(const toml::table& prefab, const std::string& path, Problems& 
                  fmt::format("add tables [[{}.rigid]] or [[{}.deformable]]", path, path));
 }
 
+// Reports an override of an entry of `table`, which is null if the document has none, if it has no entry
+// `name`. `what` says what the entries are.
+bool check_entry(const toml::table* table, const std::string& name, const std::string& key,
+                 const std::string& what, Problems& problems) {
+  if (table && table->contains(name)) return true;
+  problems.add_override(key, fmt::format("{} `{}`", what, name),
+                        table ? did_you_mean(name, keys_of(*table)) : std::string("it declares none"));
+  return false;
+}
+
+// Checks an override of parameters. `path` is the rest of its key behind the table of the parameters; if it
+// is empty, the override replaces the whole table by `value`.
+bool check_parameters(const toml::table* declared, const std::string& path, const std::string& key,
+                      const std::string& what, const toml::node& value, Problems& problems) {
+  if (!path.empty()) return check_entry(declared, path.substr(0, path.find('.')), key, what, problems);
+  bool good = true;
+  if (const toml::table* values = value.as_table())
+    for (const std::string& name : keys_of(*values))
+      good = check_entry(declared, name, key, what, problems) && good;
+  return good;
+}
+
 }  // namespace
 
 void check_expanded_tables(const toml::table& document, Problems& problems) {
@@ -87,6 +115,25 @@ void check_advance(const toml::table& repeat, const std::string& path, Problems&
     problems.add(advance->source(), join_path(path, "repeat.advance"),
                  fmt::format("must be a table of numbers, is {}", describe(*advance)),
                  "for example advance = { mass = 2 }");
+}
+
+bool check_declared(const toml::table& document, const std::string& key, const toml::node& value,
+                    Problems& problems) {
+  const auto dot = key.find('.');
+  const std::string head = key.substr(0, dot), rest = dot == std::string::npos ? "" : key.substr(dot + 1);
+  if (head == "parameters")
+    return check_parameters(document["parameters"].as_table(), rest, key, "the scene has no parameter", value,
+                            problems);
+  if (head != "prefabs" || rest.empty()) return true;
+  const toml::table* prefabs = document["prefabs"].as_table();
+  const auto second = rest.find('.');
+  const std::string name = rest.substr(0, second);
+  if (!check_entry(prefabs, name, key, "the scene has no prefab", problems)) return false;
+  const std::string inner = second == std::string::npos ? "" : rest.substr(second + 1);
+  if (inner != "parameters" && !inner.starts_with("parameters.")) return true;
+  return check_parameters((*prefabs)[name]["parameters"].as_table(),
+                          inner.size() > 11 ? inner.substr(11) : std::string(), key,
+                          fmt::format("the prefab `{}` has no parameter", name), value, problems);
 }
 
 }  // namespace duet::scene

@@ -20,4 +20,9 @@ void check_instance(const toml::table& table, const Instance& instance, const st
 /// Reports a key `advance` of the table `repeat`, of the element at `path`, that is no table.
 void check_advance(const toml::table& repeat, const std::string& path, Problems& problems);
 
+/// Reports the override `key` if it names a parameter or a prefab that the document does not declare. `value`
+/// is the value of the override. Returns whether the override may be applied.
+bool check_declared(const toml::table& document, const std::string& key, const toml::node& value,
+                    Problems& problems);
+
 }  // namespace duet::scene

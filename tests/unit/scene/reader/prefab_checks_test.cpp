@@ -93,5 +93,31 @@ TEST(PrefabChecks, FindAGridThatScatterWouldReplace) {
   EXPECT_NE(text.find("s.toml:14:8: instances.i.step: has no effect"), std::string::npos) << text;
 }
 
+// A misspelled parameter would otherwise be added, and nothing would use it.
+TEST(PrefabChecks, FindMisspelledParametersOfOverrides) {
+  const std::string text =
+      "[parameters]\neach = 3\n" + body + prefab + "[prefabs.p.parameters]\nsize = 1\n" + instance;
+  EXPECT_EQ(problems_of(text, {"parameters.each=4", "prefabs.p.parameters.size=2",
+                               "prefabs.p.parameters={size=4}", "parameters={each=5}"}),
+            "");
+  EXPECT_EQ(problems_of(text, {"parameters.eech=4"}),
+            "--set: parameters.eech: the scene has no parameter `eech` (did you mean `each`?)\n");
+  EXPECT_EQ(problems_of(text, {"parameters={eech=4}"}),
+            "--set: parameters: the scene has no parameter `eech` (did you mean `each`?)\n");
+  EXPECT_EQ(problems_of(body, {"parameters.each=4"}),
+            "--set: parameters.each: the scene has no parameter `each` (it declares none)\n");
+  EXPECT_EQ(problems_of(text, {"prefabs.q.parameters.size=4"}),
+            "--set: prefabs.q.parameters.size: the scene has no prefab `q` (known: p)\n");
+  EXPECT_EQ(
+      problems_of(text, {"prefabs.p.parameters.sice=4"}),
+      "--set: prefabs.p.parameters.sice: the prefab `p` has no parameter `sice` (did you mean `size`?)\n");
+  EXPECT_EQ(problems_of(text, {"prefabs.p.paramters.size=4"}),
+            "--set: prefabs.p.paramters: unknown key (did you mean `parameters`?)\n");
+  EXPECT_NE(problems_of(text, {"instances.i.set.sice=4"}).find("the prefab has no such parameter"),
+            std::string::npos);
+  EXPECT_NE(problems_of(text, {"parameters=4"}).find("--set: parameters: must be a table [parameters]"),
+            std::string::npos);
+}
+
 }  // namespace
 }  // namespace duet::scene::prefab_checks_test
