@@ -263,17 +263,21 @@ class Expander {
   void scatter(const toml::table& table, const Instance& instance, const toml::table& prefab,
                const Pose& base, const std::string& path) {
     Random random(static_cast<std::uint64_t>(instance.seed));
+    std::vector<PlacedBox> placed = placed_;  // in the coordinates of the instance
+    for (PlacedBox& box : placed)
+      box.pose = {base.to_body(box.pose.position), base.orientation.conjugate() * box.pose.orientation};
     for (int i = 1; i <= instance.scatter.count; ++i) {
       const auto pose = random_pose(instance.scatter.size / 2, instance.scatter.lower, instance.scatter.upper,
-                                    instance.scatter.turn, placed_, random);
+                                    instance.scatter.turn, placed, random);
       if (!pose) {
         problems_.add(place_of(table, "scatter"), path + ".scatter",
                       fmt::format("there is no room left for number {} of {}", i, instance.scatter.count),
                       "raise upper, or lower count or size");
         return;
       }
-      placed_.push_back({*pose, instance.scatter.size / 2});
       const Pose in_world{base.to_world(pose->position), base.orientation * pose->orientation};
+      placed.push_back({*pose, instance.scatter.size / 2});
+      placed_.push_back({in_world, instance.scatter.size / 2});
       add(table, prefab, in_world, fmt::format("{}{}", instance.name, i), random, path);
     }
   }
@@ -447,7 +451,7 @@ class Expander {
 
   toml::table& document_;
   Problems& problems_;
-  std::vector<PlacedBox> placed_;  // boxes of all copies that were scattered so far
+  std::vector<PlacedBox> placed_;  // boxes of all copies that were scattered so far, in the world
   std::map<const toml::table*, std::shared_ptr<const Places>> places_;  // by the elements of prefabs
   int copies_ = 0;                                                      // copies of prefabs so far
   ExpansionLimits limits_{problems_};

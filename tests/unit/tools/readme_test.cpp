@@ -2,6 +2,7 @@
 // somewhere.
 #include <algorithm>
 #include <cctype>
+#include <iterator>
 #include <regex>
 #include <sstream>
 
@@ -9,6 +10,7 @@
 #include "tests/support/places.h"
 #include "tests/support/text.h"
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 
 #include "sim/base/files.h"
@@ -93,6 +95,38 @@ TEST(Readme, ScenesOfTheTutorialRun) {
     const Finished finished = run_duet({"sim", "lesson.toml", "--frames", "1", "--quiet"}, scratch.path());
     EXPECT_EQ(finished.status, 0) << scene << finished.errors;
     EXPECT_TRUE(fs::exists(scratch / "out/lesson/mesh/0001.obj"));
+  }
+}
+
+// Returns the arguments of all commands `duet run FILE --set ...` of a page.
+std::vector<std::vector<std::string>> settings_of(const std::string& page, const std::string& scene) {
+  const std::string text = text_of(page);
+  const std::regex command("duet run " + scene + "((\\s+--set\\s+[^\\s`]+)+)");
+  std::vector<std::vector<std::string>> settings;
+  for (std::sregex_iterator match(text.begin(), text.end(), command), none; match != none; ++match) {
+    std::istringstream words((*match)[1]);
+    settings.emplace_back(std::istream_iterator<std::string>(words), std::istream_iterator<std::string>());
+  }
+  return settings;
+}
+
+// The settings that the tutorial tells to try make scenes without overlaps.
+TEST(Readme, SettingsOfTheTutorialWork) {
+  const std::string page = "scenes/README.md", scene = scenes_of(page).at(4);
+  const std::vector<std::vector<std::string>> settings = settings_of(page, "pairs\\.toml");
+  ASSERT_EQ(settings.size(), 1U);
+  const ScratchFolder scratch;
+  io::write_atomically(scratch / "pairs.toml", scene);
+  for (const std::string count : {"", "10", "12"}) {
+    std::vector<std::string> arguments = {"check", "pairs.toml"};
+    if (count.empty())
+      arguments.insert(arguments.end(), settings[0].begin(), settings[0].end());
+    else
+      arguments.insert(arguments.end(), {"--set", "parameters.count=" + count});
+    const Finished finished = run_duet(arguments, scratch.path());
+    EXPECT_EQ(finished.status, 0) << finished.errors;
+    ASSERT_EQ(finished.output.size(), 1U) << fmt::format("{}", fmt::join(finished.output, "\n"));
+    EXPECT_EQ(finished.output[0], "pairs.toml: ok");
   }
 }
 

@@ -153,6 +153,34 @@ TEST(Prefabs, ScatteredBoxesKeepClear) {
   }
 }
 
+// Two instances at different places, with the same region in the world, keep their boxes clear of each other
+// there.
+TEST(Prefabs, ScatteredInstancesKeepClearOfEachOther) {
+  const Scene scene = read_scene(R"(
+[[prefabs.p.rigid]]
+name = "b"
+shape = { box = [1, 1, 1] }
+mass = 1
+[[instances]]
+name = "i"
+prefab = "p"
+scatter = { count = 8, size = [1, 1, 1], lower = [0, 0, 0], upper = [4, 6, 4] }
+[[instances]]
+name = "j"
+prefab = "p"
+position = [4, 0, 0]
+rotation = { axis = [0, 1, 0], degrees = 270 }
+scatter = { count = 8, size = [1, 1, 1], lower = [0, 0, 0], upper = [4, 6, 4] }
+)");
+  ASSERT_EQ(scene.rigid.size(), 16U);
+  const auto box_of = [](const RigidBody& body) {
+    return PlacedBox{{body.placement.position, body.placement.orientation}, Vec3::Constant(0.4999)};
+  };
+  for (std::size_t a = 0; a < 16; ++a)
+    for (std::size_t b = 0; b < a; ++b)
+      EXPECT_FALSE(overlap(box_of(scene.rigid[a]), box_of(scene.rigid[b]))) << a << " and " << b;
+}
+
 TEST(Prefabs, ScatterIsTheSameForTheSameSeed) {
   const auto scattered = [](int seed) {
     return read_scene(std::string(legs) + R"(
