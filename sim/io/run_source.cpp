@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "sim/base/files.h"
+#include "sim/geometry/files/gltf_uri.h"
 #include "sim/io/json_text.h"
 #include "sim/io/run_journal.h"
 
@@ -21,17 +22,17 @@ bool stays_inside(const fs::path& path) {
          std::none_of(path.begin(), path.end(), [](const fs::path& part) { return part == ".."; });
 }
 
-// Returns the paths of the buffers that a .gltf file names, relative to its folder. Buffers within the
+// Returns the paths of the buffers that a .gltf file in `folder` names, relative to it. Buffers within the
 // file, and files outside of its folder, are left out.
-std::vector<std::string> buffers_of(const std::string& gltf) {
+std::vector<std::string> buffers_of(const std::string& gltf, const fs::path& folder) {
   std::vector<std::string> buffers;
   const nlohmann::json document = parse_json(gltf);
   if (!document.is_object() || !document.contains("buffers") || !document["buffers"].is_array())
     return buffers;
   for (const nlohmann::json& buffer : document["buffers"])
     if (buffer.is_object() && buffer.contains("uri") && buffer["uri"].is_string())
-      if (const std::string uri = buffer["uri"]; !uri.starts_with("data:") && stays_inside(uri))
-        buffers.push_back(uri);
+      if (const std::string uri = buffer["uri"]; !uri.starts_with("data:"))
+        if (const std::string file = path_of_uri(folder, uri); stays_inside(file)) buffers.push_back(file);
   return buffers;
 }
 
@@ -46,7 +47,7 @@ SourceFiles collect_source(const scene::ReadResult& read, RunSource& source) {
     const fs::path file(path);
     const fs::path folder = fs::path("mesh") / fmt::format("{:016x}", mark_of(bytes).hash);
     if (file.extension() == ".gltf")
-      for (const std::string& buffer : buffers_of(bytes))
+      for (const std::string& buffer : buffers_of(bytes, file.parent_path()))
         files[(folder / buffer).generic_string()] = read_file(file.parent_path() / buffer);
     const std::string copy = (folder / file.filename()).generic_string();
     source.files[name] = copy;

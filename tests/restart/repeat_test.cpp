@@ -56,11 +56,11 @@ f 3 4 8 7
 f 4 1 5 8
 )";
 
-// A tetrahedron whose buffer is a separate file.
+// A tetrahedron whose buffer is a separate file, named as the standard asks: percent-encoded.
 constexpr const char* skin =
     R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],
 "meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1}]}],
-"buffers":[{"uri":"data/skin.bin","byteLength":72}],
+"buffers":[{"uri":"data/own%20skin.bin","byteLength":72}],
 "bufferViews":[{"buffer":0,"byteLength":48},{"buffer":0,"byteOffset":48,"byteLength":24}],
 "accessors":[{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3","min":[-0.2,-0.2,-0.2],"max":[0.2,0.2,0.2]},
 {"bufferView":1,"componentType":5123,"count":12,"type":"SCALAR"}]})";
@@ -80,7 +80,7 @@ class Repeat : public testing::Test {
     write("scenes/own.toml", scene_text);
     write("meshes/block.obj", block);
     write("meshes/skin.gltf", skin);
-    write("meshes/data/skin.bin", skin_buffer());
+    write("meshes/data/own skin.bin", skin_buffer());
   }
   void write(const std::string& name, const std::string& bytes) const {
     io::create_folder((scratch / name).parent_path());

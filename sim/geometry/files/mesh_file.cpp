@@ -7,6 +7,7 @@
 #include <new>
 #include <string_view>
 
+#include <assimp/DefaultIOSystem.h>
 #include <assimp/Importer.hpp>
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
@@ -17,6 +18,7 @@
 #include "sim/base/error.h"
 #include "sim/base/files.h"
 #include "sim/geometry/files/gltf_check.h"
+#include "sim/geometry/files/gltf_uri.h"
 #include "sim/geometry/files/ply_reader.h"
 
 namespace duet {
@@ -91,9 +93,26 @@ std::string with_leading_zeros(std::string_view text) {
   return result;
 }
 
+// Opens the files that Assimp asks for. Assimp 5.2 passes on the names in glTF files as they are written,
+// percent-encoded; here they name the files that they stand for.
+class GltfFiles : public Assimp::DefaultIOSystem {
+ public:
+  explicit GltfFiles(const std::string& gltf) : folder_(gltf.substr(0, gltf.find_last_of('/') + 1)) {}
+  Assimp::IOStream* Open(const char* file, const char* mode) override {
+    const std::string path(file);
+    if (!path.starts_with(folder_)) return DefaultIOSystem::Open(file, mode);
+    const std::string found = folder_ + path_of_uri(folder_, path.substr(folder_.size()));
+    return DefaultIOSystem::Open(found.c_str(), mode);
+  }
+
+ private:
+  std::string folder_;  // of the .gltf file, with the slash at its end; empty if its path has none
+};
+
 // Reads a file by Assimp and joins all its objects. Throws FileError.
 TriangleMesh import(const std::string& path) {
   Assimp::Importer importer;
+  if (lower_ending(path) == ".gltf") importer.SetIOHandler(new GltfFiles(path));  // the importer deletes it
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
   constexpr unsigned steps = aiProcess_ValidateDataStructure | aiProcess_Triangulate | aiProcess_SortByPType |
                              aiProcess_PreTransformVertices;

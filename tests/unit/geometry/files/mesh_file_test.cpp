@@ -2,6 +2,9 @@
 // is known.
 #include "sim/geometry/files/mesh_file.h"
 
+#include <cstdint>
+#include <filesystem>
+
 #include "tests/support/meshes.h"
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -156,6 +159,32 @@ TEST_F(MeshFile, WhatCannotBeReadIsNamed) {
                "the header has no end");
   expect_error(write("type.ply", "ply\nformat ascii 1.0\nelement vertex 4\nproperty flo x\nend_header\n"),
                "line 4");
+}
+
+// The standard asks for percent-encoded names; Blender writes "my%20model.bin" for `my model.bin`.
+TEST_F(MeshFile, GltfBuffersAreFoundByTheirEncodedNames) {
+  std::string buffer;
+  for (const Vec3& x : tetrahedron.positions)
+    for (Eigen::Index k = 0; k < 3; ++k) append(buffer, static_cast<float>(x[k]), false);
+  for (const Triangle& t : tetrahedron.triangles)
+    for (const int v : t) append(buffer, static_cast<std::uint16_t>(v), false);
+  const auto gltf = [](const std::string& uri) {
+    return R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+"meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+"buffers": [{"byteLength": 72, "uri": ")" +
+           uri +
+           R"("}], "bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 24}],
+"accessors": [{"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 1]},
+{"bufferView": 1, "componentType": 5123, "count": 12, "type": "SCALAR"}]})";
+  };
+  write("my b\u00fcf%.bin", buffer);
+  expect_tetrahedron("encoded.gltf", gltf("my%20b%c3%BCf%25.bin"));
+  expect_tetrahedron("plain.gltf", gltf("my b\u00fcf%.bin"));
+  std::filesystem::create_directory(scratch / "a%20b");  // the folder's own name is no URI
+  expect_tetrahedron("a%20b/inside.gltf", gltf("../my%20b%c3%bcf%.bin"));
+  expect_error(write("none.gltf", gltf("none%20.bin")), "none");
+  write("taken%20.bin", buffer);  // as it is written, and so it is found
+  expect_tetrahedron("taken.gltf", gltf("taken%20.bin"));
 }
 
 TEST_F(MeshFile, PlyIndicesAndLengthsOfListsAreWhole) {
