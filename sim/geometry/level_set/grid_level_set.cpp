@@ -95,6 +95,42 @@ double wall_thickness(const MeshDistance& exact, const Vec3& x, const Vec3& n, d
   return std::numeric_limits<double>::infinity();
 }
 
+// Least ratio of the longest edge of a needle to its height, and the least length of this edge in half cells.
+// Other triangles have at most a few times as many places as their area needs. A smaller ratio would change
+// the places of triangles that are common.
+constexpr double needle_ratio = 8;
+constexpr int needle_length = 9;
+
+// Calls visit(x) at places of the triangle that are at most `spacing` (m) apart along its edges. `area` is
+// twice its area (m^2).
+template <class Visit>
+void for_each_place(const std::array<Vec3, 3>& corners, double area, double spacing, Visit&& visit) {
+  const auto length = [&](std::size_t k) { return (corners[(k + 1) % 3] - corners[k]).norm(); };
+  const double longest = std::max({length(0), length(1), length(2)});
+  const int parts = std::max(1, static_cast<int>(std::ceil(longest / spacing)));
+  const Vec3 &a = corners[0], &b = corners[1], &c = corners[2];
+  if (parts < needle_length || !(area * needle_ratio < longest * longest)) {
+    for (int i = 0; i < parts; ++i)
+      for (int j = 0; i + j < parts; ++j)
+        visit(a + (i + 1 / 3.0) / parts * (b - a) + (j + 1 / 3.0) / parts * (c - a));
+    return;
+  }
+  // Parts of equal edges would lie far closer across a needle than along it, and the fan of a disc of a
+  // thousand corners would have millions. Stations along the longest edge have places across the needle
+  // there.
+  const std::size_t k = longest == length(0) ? 0 : longest == length(1) ? 1 : 2;
+  const Vec3 &start = corners[k], along = corners[(k + 1) % 3] - start,
+             to_apex = corners[(k + 2) % 3] - start;
+  const double foot = std::clamp(to_apex.dot(along) / (longest * longest), 0.0, 1.0);
+  const Vec3 height = to_apex - foot * along;
+  for (int i = 0; i < parts; ++i) {
+    const double station = (i + 0.5) / parts;
+    const Vec3 across = (station < foot ? station / foot : (1 - station) / (1 - foot)) * height;
+    const int rows = std::max(1, static_cast<int>(std::ceil(across.norm() / spacing)));
+    for (int j = 0; j < rows; ++j) visit(start + station * along + (j + 0.5) / rows * across);
+  }
+}
+
 }  // namespace
 
 // Every triangle is tested at places half a cell apart.
@@ -104,20 +140,16 @@ void GridLevelSet::find_thin_walls(const TriangleMesh& mesh) {
   std::vector<double> thinnest(mesh.triangles.size(), std::numeric_limits<double>::infinity());
   parallel_for(mesh.triangles.size(), 64, [&](std::size_t begin, std::size_t end) {
     for (std::size_t t = begin; t < end; ++t) {
-      const Vec3 &a = mesh.corner(t, 0), &b = mesh.corner(t, 1), &c = mesh.corner(t, 2);
       const Vec3 area = area_vector(mesh, t);
       if (!(area.squaredNorm() > 0)) continue;
       const Vec3 n = area.normalized();
-      const double longest = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
-      const int parts = std::max(1, static_cast<int>(std::ceil(2 * longest / h)));
-      for (int i = 0; i < parts; ++i)
-        for (int j = 0; i + j < parts; ++j) {
-          const Vec3 x = a + (i + 1 / 3.0) / parts * (b - a) + (j + 1 / 3.0) / parts * (c - a);
-          const double thickness = wall_thickness(exact_, x, n, h);
-          if (!(thickness < thin * h)) continue;
-          places[t].push_back(x);
-          thinnest[t] = std::min(thinnest[t], thickness);
-        }
+      for_each_place({mesh.corner(t, 0), mesh.corner(t, 1), mesh.corner(t, 2)}, 2 * area.norm(), h / 2,
+                     [&](const Vec3& x) {
+                       const double thickness = wall_thickness(exact_, x, n, h);
+                       if (!(thickness < thin * h)) return;
+                       places[t].push_back(x);
+                       thinnest[t] = std::min(thinnest[t], thickness);
+                     });
     }
   });
   const double least = *std::min_element(thinnest.begin(), thinnest.end());

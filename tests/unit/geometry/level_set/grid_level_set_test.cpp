@@ -1,7 +1,9 @@
 #include "sim/geometry/level_set/grid_level_set.h"
 
 #include <cmath>
+#include <ctime>
 #include <limits>
+#include <numbers>
 #include <random>
 
 #include "tests/support/meshes.h"
@@ -154,6 +156,48 @@ TEST(Solid, AMeshBodyLiesInItsFrame) {
   EXPECT_LT(solid.level_set.distance(solid.frame.to_body(Vec3(0.25, 0.25, 0.25))), -0.2);
   EXPECT_GT(solid.level_set.distance(solid.frame.to_body(Vec3(0.75, 0.75, 0.25))), 0.2);
   EXPECT_DOUBLE_EQ(solid.level_set.bounding_radius(), solid.level_set.grid->bounding_radius());
+}
+
+// Returns a disc of the radius 1 m about the y axis from y = 0 to `thickness` (m), whose faces are fans of
+// needles, as programs make of polygons with many corners.
+TriangleMesh disc_of_needles(int corners, double thickness) {
+  TriangleMesh mesh;
+  for (const double y : {0.0, thickness})
+    for (int i = 0; i < corners; ++i) {
+      const double angle = 2 * std::numbers::pi * i / corners;
+      mesh.positions.emplace_back(std::cos(angle), y, std::sin(angle));
+    }
+  for (int i = 0; i < corners; ++i) {
+    const int next = (i + 1) % corners;
+    mesh.triangles.push_back({next, i, corners + i});
+    mesh.triangles.push_back({next, corners + i, corners + next});
+    if (i == 0 || next == 0) continue;
+    mesh.triangles.push_back({0, i, next});
+    mesh.triangles.push_back({corners, corners + next, corners + i});
+  }
+  return mesh;
+}
+
+// Fans of needles took as many searches as their edges squared: 14 s for a cylinder of 512 corners.
+TEST(GridLevelSet, IsMadeOfNeedlesQuickly) {
+  const std::clock_t start = std::clock();
+  const GridLevelSet thick(disc_of_needles(2000, 1), 64);
+  EXPECT_LT(static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC, 5);
+  EXPECT_NEAR(thick.distance(Vec3(0.2, 0.3, 0.1)), -0.3, 1e-6);
+}
+
+// The places on needles lie as close as those on other triangles: no part of a thin wall is missed.
+TEST(GridLevelSet, FindsThinWallsOfNeedles) {
+  constexpr double thickness = 0.02;  // m: 0.64 cells
+  const GridLevelSet disc(disc_of_needles(300, thickness), 64);
+  EXPECT_NEAR(disc.thickness(), thickness, 1e-3);
+  std::mt19937 random(11);
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3 x = point_within(random, Vec3(-1, 0, -1), Vec3(1, thickness, 1));
+    if (Vec2(x.x(), x.z()).norm() > 0.97) continue;
+    EXPECT_TRUE(disc.is_exact(x)) << x.transpose();
+    EXPECT_NEAR(disc.distance(x), -std::min(x.y(), thickness - x.y()), 1e-9);
+  }
 }
 
 }  // namespace
