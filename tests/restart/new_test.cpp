@@ -5,7 +5,10 @@
 #include <sstream>
 
 #include "tests/restart/program.h"
+#include "tests/support/places.h"
 #include "tests/support/text.h"
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
@@ -76,6 +79,40 @@ TEST_P(NewTemplate, IsExplainedCheckedAndSimulated) {
 
 INSTANTIATE_TEST_SUITE_P(All, NewTemplate, testing::ValuesIn(templates),
                          [](const auto& test) { return test.param; });
+
+// Returns the text with what the comment of a line says is to stand in place of it: "# try `x = 1` in place
+// of this line". The text is empty if no comment says so.
+std::string with_other_line(const std::string& text) {
+  const std::regex hint("\n[^\n]*#[^\n]*`([^`\n]+)` in place of this line");
+  std::smatch found;
+  if (!std::regex_search(text, found, hint)) return {};
+  return found.prefix().str() + "\n" + found[1].str() + found.suffix().str();
+}
+
+TEST_P(NewTemplate, TakesTheLinesThatItsCommentsOffer) {
+  ASSERT_EQ(run({"new", "mine", "--template", GetParam()}).status, 0);
+  const std::string other = with_other_line(io::read_file(scratch / "mine.toml"));
+  EXPECT_EQ(other.empty(), GetParam() != "rope" && GetParam() != "cloth");
+  if (other.empty()) return;
+  io::write_atomically(scratch / "other.toml", other);
+  const Finished checked = run({"check", "other.toml"});
+  EXPECT_EQ(checked.status, 0) << fmt::format("{}", fmt::join(checked.output, "\n"));
+}
+
+// The comments of the template of --mesh say how to make the mesh a rigid body.
+TEST_F(New, AMeshBecomesAHardBodyAsTheCommentsSay) {
+  fs::copy_file(fs::path(source_folder()) / "assets/bracket.obj", scratch / "hero.obj");
+  ASSERT_EQ(run({"new", "hero", "--mesh", "hero.obj"}).status, 0);
+  std::string text = with_other_line(io::read_file(scratch / "hero.toml"));
+  ASSERT_TRUE(contains(text, "\n[[deformable]]  "));
+  ASSERT_TRUE(contains(text, "# for a hard body: [[rigid]], and leave out [materials.soft]\n"));
+  text.replace(text.find("[[deformable]]"), 14, "[[rigid]]");
+  const std::size_t material = text.find("[materials.soft]");
+  text.erase(material, text.find("\n[", material) - material);
+  io::write_atomically(scratch / "hard.toml", text);
+  const Finished checked = run({"check", "hard.toml"});
+  EXPECT_EQ(checked.status, 0) << fmt::format("{}", fmt::join(checked.output, "\n"));
+}
 
 TEST_F(New, FallsBackToDropAndKeepsTheEnding) {
   ASSERT_EQ(run({"new", "a.toml"}).status, 0);
