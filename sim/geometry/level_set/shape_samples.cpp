@@ -196,6 +196,36 @@ bool is_crease(const EdgeSides& sides, const Vec3& a) {
 
 double default_sample_spacing(double volume) { return math::cbrt(volume) / 8; }
 
+double estimated_samples(double area, double spacing) { return area / (spacing * spacing); }
+
+// Areas have a sample in each square of the spacing, edges and rings have one in each interval.
+double estimated_samples(const LevelSet& shape, double spacing) {
+  const double r = shape.radius;
+  switch (shape.kind) {
+    case LevelSet::Kind::box: {
+      const Vec3 size = 2 * shape.half;
+      const double on_edges = std::clamp(size.minCoeff(), spacing / max_on_edge, spacing);
+      return estimated_samples(2 * (size.x() * size.y() + size.y() * size.z() + size.z() * size.x()),
+                               spacing) +
+             4 * size.sum() / on_edges;
+    }
+    case LevelSet::Kind::cylinder: {
+      const double apart = round_spacing(r, spacing);
+      return estimated_samples(2 * pi * r * r, apart) + 4 * pi * r / apart;
+    }
+    case LevelSet::Kind::torus: {
+      const double apart = round_spacing(r + shape.tube, spacing);
+      return estimated_samples(4 * pi * pi * r * shape.tube, apart) + 16 * pi * r / apart;
+    }
+    case LevelSet::Kind::sphere:
+    case LevelSet::Kind::capsule:
+    case LevelSet::Kind::grid:
+    case LevelSet::Kind::half_space:
+      break;
+  }
+  return 0;
+}
+
 std::vector<Vec3> surface_samples(const LevelSet& shape, double spacing) {
   DUET_ASSERT(spacing > 0);
   switch (shape.kind) {

@@ -12,6 +12,12 @@ namespace duet {
 /// eighth of the edge of a cube of the same volume.
 double default_sample_spacing(double volume);
 
+/// Returns about how many samples a shape with a formula has, without making them.
+double estimated_samples(const LevelSet& shape, double spacing);
+
+/// Returns about how many samples a closed mesh of the given surface area (m^2) has, without making them.
+double estimated_samples(double area, double spacing);
+
 /// Returns the samples of a shape with a formula (m, body space). Boxes have their corners and points on
 /// edges and faces; cylinders have points on their caps and rims; tori have points everywhere. Neighbors are
 /// no farther apart than `spacing` (m), on round bodies also no farther than a 24th of the widest ring. On

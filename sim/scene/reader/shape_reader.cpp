@@ -8,6 +8,7 @@
 #include "sim/base/hash.h"
 #include "sim/geometry/files/mesh_file.h"
 #include "sim/geometry/files/tet_mesh_file.h"
+#include "sim/geometry/level_set/shape_samples.h"
 #include "sim/geometry/mesh/mesh_check.h"
 #include "sim/geometry/mesh/tet_mesh_check.h"
 #include "sim/scene/reader/table_reader.h"
@@ -62,6 +63,28 @@ Vec3 extent(const Shape& shape) {
   Eigen::AlignedBox3d box;
   for (const Vec3& x : shape.mesh->positions) box.extend(x);
   return shape.scale * box.sizes();
+}
+
+// Returns the volume (m^3) of a shape that has an extent.
+double volume_of(const Shape& shape) {
+  if (shape.kind != ShapeKind::mesh) return volume(level_set(shape));
+  return mass_properties(*shape.mesh).volume * shape.scale * shape.scale * shape.scale;
+}
+
+// Returns about how many contact points a shape that has an extent gets.
+double samples_of(const Shape& shape, double spacing) {
+  if (shape.kind != ShapeKind::mesh) return estimated_samples(level_set(shape), spacing);
+  double area = 0;
+  for (std::size_t t = 0; t < shape.mesh->triangles.size(); ++t) area += area_vector(*shape.mesh, t).norm();
+  return estimated_samples(area * shape.scale * shape.scale, spacing);
+}
+
+// Returns a spacing (m) by which a shape that has an extent gets about `samples` contact points, or `longest`
+// (m) if that is less.
+double spacing_for(const Shape& shape, double samples, double longest) {
+  double spacing = longest;
+  while (samples_of(shape, spacing / 2) <= samples) spacing /= 2;
+  return spacing;
 }
 
 }  // namespace
@@ -179,23 +202,31 @@ void ShapeReader::check_spacing(const DeformableShape& shape, const toml::table&
 }
 
 // Reports a spacing of contact points that is so narrow that memory would not suffice, or that has no effect.
+// The default spacing follows from the volume, so that a body that is very thin for its size has too many.
 void ShapeReader::check_sample_spacing(const RigidBody& body, const toml::table& body_table,
                                        const std::string& path) {
   const toml::node* node = body_table.get("sample_spacing");
-  if (!node || !body.sample_spacing) return;
-  if (body.shape.kind == ShapeKind::sphere) {
+  if (node && body.sample_spacing && body.shape.kind == ShapeKind::sphere) {
     problems_.add(node->source(), path + ".sample_spacing", "has no effect on a sphere",
                   "remove it: the deepest point of a sphere is known");
     return;
   }
-  if (!has_extent(body.shape)) return;
+  if ((node && !body.sample_spacing) || !has_extent(body.shape)) return;
+  const double spacing = body.sample_spacing.value_or(default_sample_spacing(volume_of(body.shape)));
+  const double count = samples_of(body.shape, spacing);
+  if (count <= max_samples) return;
   const Vec3 size = extent(body.shape);
-  const double area = 2 * (size.x() * size.y() + size.y() * size.z() + size.z() * size.x());
-  const double count = area / (*body.sample_spacing * *body.sample_spacing);
-  if (count > max_samples)
-    problems_.add(node->source(), path + ".sample_spacing",
-                  fmt::format("asks for about {:.2g} contact points, must be <= {:.0g}", count, max_samples),
-                  fmt::format("{:.3g} m gives a thousand", std::sqrt(area / 1000)));
+  const std::string number =
+      fmt::format("about {:.2g} contact points, must be <= {:.0g}", count, max_samples);
+  if (node)
+    problems_.add(node->source(), path + ".sample_spacing", "asks for " + number,
+                  fmt::format("{:.3g} m gives a thousand", spacing * std::sqrt(count / 1000)));
+  else
+    problems_.add(place_of(body_table, "shape"), path + ".shape",
+                  fmt::format("is so thin for its size, {:.3g} m by {:.3g} m, that it gets {}",
+                              size.minCoeff(), size.maxCoeff(), number),
+                  fmt::format("make it thicker, or give `sample_spacing = {:.1g}` for fewer points",
+                              spacing_for(body.shape, 1000, size.maxCoeff())));
 }
 
 }  // namespace duet::scene

@@ -146,6 +146,24 @@ TEST(RigidShapes, SampleSpacingSetsTheNumberOfSamples) {
             2 * samples("shape = { mesh = \"bracket.obj\" }"));
 }
 
+// A plate that is too thin for the default spacing is accepted with the one that the message offers.
+TEST(RigidShapes, ThinShapesTakeTheSpacingThatIsOffered) {
+  for (const char* shape :
+       {"box = [1, 1e-9, 1]", "box = [1e-6, 1e5, 1e-6]", "cylinder = { radius = 1, height = 1e-9 }",
+        "torus = { radius = 1, tube = 1e-8 }"}) {
+    const std::string body = fmt::format("[[rigid]]\nname = \"a\"\nmass = 2\nshape = {{ {} }}\n", shape);
+    try {
+      scene_of(body);
+      ADD_FAILURE() << shape << " was accepted";
+    } catch (const Error& error) {
+      const std::string message = error.what(), key = "give `";
+      const std::size_t start = message.find(key) + key.size();
+      const std::string offered = message.substr(start, message.find('`', start) - start);
+      EXPECT_EQ(scene_of(body + offered + "\n").rigid.size(), 1U) << shape << ": " << message;
+    }
+  }
+}
+
 TEST(RigidShapes, RepairsAreNoted) {
   const ScratchFolder scratch;
   // This is the corner tetrahedron of the unit cube, inside out.

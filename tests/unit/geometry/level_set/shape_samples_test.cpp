@@ -149,5 +149,20 @@ TEST(ShapeSamples, NoneLiesInACreaseOfAMesh) {
   EXPECT_FALSE(contains(surface_samples(test::l_mesh(), 0.3), Vec3(1, 1, 0)));
 }
 
+// The estimate is of the right size for all proportions, so that a scene can be refused before memory is
+// short.
+TEST(SurfaceSamples, AreEstimated) {
+  for (const LevelSet& shape :
+       {LevelSet::box(Vec3(1, 1, 1)), LevelSet::box(Vec3(1, 1e-3, 1)), LevelSet::box(Vec3(1e-3, 1, 1e-3)),
+        LevelSet::cylinder(1, 1), LevelSet::cylinder(1, 1e-3), LevelSet::cylinder(0.01, 5),
+        LevelSet::torus(1, 0.3), LevelSet::torus(1, 0.003)}) {
+    const double spacing = default_sample_spacing(volume(shape));
+    const double estimate = estimated_samples(shape, spacing);
+    const auto count = static_cast<double>(surface_samples(shape, spacing).size());
+    EXPECT_GT(estimate, count / 2) << static_cast<int>(shape.kind);
+    EXPECT_LT(estimate, count * 2) << static_cast<int>(shape.kind);
+  }
+}
+
 }  // namespace
 }  // namespace duet::shape_samples_test
