@@ -3,6 +3,7 @@
 #include <ctime>
 #include <random>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -56,6 +57,32 @@ TEST_F(HostileMesh, GltfThatNestsDeepIsRefused) {
   expect_refused("deep.gltf", "{\"asset\":{\"version\":\"2.0\"},\"extras\":" + deep + "}",
                  "nests JSON too deep");
   expect_refused("deep.glb", glb(deep, 20 + deep.size(), deep.size()), "nests JSON too deep");
+}
+
+// Returns the JSON of a glTF file whose nodes have the given children.
+std::string gltf_of_nodes(const std::vector<std::string>& children) {
+  std::string nodes;
+  for (const std::string& list : children)
+    nodes += (nodes.empty() ? "{" : ",{") + (list.empty() ? "" : "\"children\":[" + list + "]") + "}";
+  return "{\"asset\":{\"version\":\"2.0\"},\"scenes\":[{\"nodes\":[0]}],\"nodes\":[" + nodes + "]}";
+}
+
+// Assimp visits nodes recursively, and makes a node again for each parent that lists it.
+TEST_F(HostileMesh, GltfNodesThatAreNoSmallTreeAreRefused) {
+  std::vector<std::string> chain, doubled;
+  for (int i = 1; i < 20000; ++i) chain.push_back(std::to_string(i));
+  chain.emplace_back();
+  const std::string deep = gltf_of_nodes(chain);
+  expect_refused("deep.gltf", deep, "nests nodes more than 1000 levels deep");
+  expect_refused("deep.glb", glb(deep, 20 + deep.size(), deep.size()),
+                 "nests nodes more than 1000 levels deep");
+  std::string latin = deep;  // bytes that are no UTF-8 do not hide the nodes
+  latin.insert(1, "\"extras\":\"\xe9\",");
+  expect_refused("latin.gltf", latin, "nests nodes more than 1000 levels deep");
+  for (int i = 1; i < 40; ++i) doubled.push_back(std::to_string(i) + "," + std::to_string(i));
+  doubled.emplace_back();
+  expect_refused("doubled.gltf", gltf_of_nodes(doubled), "makes more than 1e+06 nodes");
+  expect_refused("cycle.gltf", gltf_of_nodes({"1", "2", "0"}), "has a node that is below itself");
 }
 
 TEST_F(HostileMesh, GlbWithLyingLengthsIsRefused) {
