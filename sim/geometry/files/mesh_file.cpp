@@ -19,6 +19,7 @@
 #include "sim/base/files.h"
 #include "sim/geometry/files/gltf_check.h"
 #include "sim/geometry/files/gltf_uri.h"
+#include "sim/geometry/files/obj_check.h"
 #include "sim/geometry/files/ply_reader.h"
 
 namespace duet {
@@ -76,11 +77,14 @@ void keep_if_complete(std::vector<Corners>& attribute, std::size_t triangles, au
     attribute.clear();
 }
 
-// Returns the text of an OBJ file with a zero before each decimal point that begins a number, as in "-.5".
-// Assimp passes over vertices with such numbers. The result is empty if there are none.
-std::string with_leading_zeros(std::string_view text) {
+// Returns the text of an OBJ file as Assimp understands it. Without a byte order mark at its start, which
+// hides the first line, and with a zero before each decimal point that begins a number, as in "-.5": Assimp
+// passes over vertices with such numbers. The result is empty if the text needs no change.
+std::string obj_for_assimp(std::string_view text) {
+  constexpr std::string_view byte_order_mark = "\xef\xbb\xbf";
   std::string result;
-  std::size_t copied = 0;
+  std::size_t copied = text.starts_with(byte_order_mark) ? byte_order_mark.size() : 0;
+  bool is_changed = copied > 0;
   for (std::size_t point = text.find('.', 1); point < text.size(); point = text.find('.', point + 1)) {
     const bool is_signed = text[point - 1] == '-' || text[point - 1] == '+';
     const char before = is_signed && point > 1 ? text[point - 2] : text[point - 1];
@@ -88,8 +92,9 @@ std::string with_leading_zeros(std::string_view text) {
     if ((before != ' ' && before != '\t') || after < '0' || after > '9') continue;
     result.append(text.substr(copied, point - copied)).push_back('0');
     copied = point;
+    is_changed = true;
   }
-  if (copied > 0) result.append(text.substr(copied));
+  if (is_changed) result.append(text.substr(copied));
   return result;
 }
 
@@ -116,14 +121,15 @@ TriangleMesh import(const std::string& path) {
   importer.SetPropertyInteger(AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
   constexpr unsigned steps = aiProcess_ValidateDataStructure | aiProcess_Triangulate | aiProcess_SortByPType |
                              aiProcess_PreTransformVertices;
-  const std::string text =
-      lower_ending(path) == ".obj" ? with_leading_zeros(io::read_file(path)) : std::string();
+  const bool is_obj = lower_ending(path) == ".obj";
+  const std::string text = is_obj ? obj_for_assimp(io::read_file(path)) : std::string();
   const aiScene* scene = text.empty() ? importer.ReadFile(path, steps)
                                       : importer.ReadFileFromMemory(text.data(), text.size(), steps, "obj");
   if (!scene) {
     const std::string reason = importer.GetErrorString();
     // Assimp catches all exceptions; too little memory is no fault of the file.
     if (reason.find("std::bad_alloc") != std::string::npos) throw std::bad_alloc();
+    if (is_obj) check_obj_faces(path, io::read_file(path));
     throw FileError(path, reason, "export the mesh again");
   }
   TriangleMesh mesh;

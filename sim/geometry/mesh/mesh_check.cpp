@@ -2,10 +2,13 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <map>
 #include <numeric>
+#include <set>
 
 #include <fmt/format.h>
 
@@ -199,14 +202,18 @@ void check_parts(const TriangleMesh& mesh, std::vector<MeshFlaw>& flaws) {
 }
 
 // Returns whether all coordinates are finite and at most max_coordinate, and reports those that are not.
+// Vertices with the same bits count once, because files are read with a copy of a vertex for each corner.
 bool is_finite(const TriangleMesh& mesh, std::vector<MeshFlaw>& flaws) {
   const auto bad = [](const Vec3& x) { return !(x.cwiseAbs().array() <= max_coordinate).all(); };
-  const auto count = std::count_if(mesh.positions.begin(), mesh.positions.end(), bad);
-  if (count > 0)
+  std::set<std::array<std::uint64_t, 3>>
+      found;  // bits of coordinates: not-a-numbers are not even equal to themselves
+  for (const Vec3& x : mesh.positions)
+    if (bad(x)) found.insert(std::bit_cast<std::array<std::uint64_t, 3>>(std::array{x.x(), x.y(), x.z()}));
+  if (!found.empty())
     flaws.push_back({fmt::format("has {} with coordinates that are no finite numbers, or above 3.4e38",
-                                 counted(static_cast<std::size_t>(count), "vertex", "vertices")),
+                                 counted(found.size(), "vertex", "vertices")),
                      "export the mesh again"});
-  return count == 0;
+  return found.empty();
 }
 
 // Reports a mesh without volume and turns one that faces inward.

@@ -221,6 +221,9 @@ void TableReader::read_value(const toml::node& node, const Key& key, const std::
               std::string name;
               if (!read_string((*names)[i], key, at, "a name", name)) continue;
               uses_.push_back({target.section, name, (*names)[i].source(), at});
+              if (std::find(target.names->begin(), target.names->end(), name) != target.names->end())
+                problems_.add((*names)[i].source(), at, fmt::format("`{}` is named twice", name),
+                              "name each one once");
               target.names->push_back(name);
             }
           },

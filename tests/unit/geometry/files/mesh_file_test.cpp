@@ -161,6 +161,25 @@ TEST_F(MeshFile, WhatCannotBeReadIsNamed) {
                "line 4");
 }
 
+// A byte order mark would hide the first vertex.
+TEST_F(MeshFile, ObjFilesMayBeginWithAByteOrderMark) {
+  const std::string text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
+  expect_tetrahedron("mark.obj", "\xef\xbb\xbf" + text);
+  expect_tetrahedron("mark_and_point.obj", "\xef\xbb\xbf#\n" + text + "vt .5 .5\n");
+}
+
+TEST_F(MeshFile, FaultyFacesOfObjFilesAreNamedWithTheirLine) {
+  const std::string good = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\n";
+  expect_error(write("high.obj", good + "f 1 2 9\n"),
+               "line 7: a face has the vertex 9, and the file has 3 vertices");
+  expect_error(write("low.obj", good + "f 1 2 -4\n"),
+               "line 7: a face has the vertex -4, and 3 vertices stand before");
+  expect_error(write("zero.obj", good + "f 1 2 0\n"),
+               "line 7: a face has the vertex 0, and they are counted from 1");
+  expect_error(write("joined.obj", good + "f 1 \\\n2 7\nf 1 2\n"), "line 7: a face has the vertex 7");
+  expect_error(write("two.obj", good + "f 1 2\n"), "line 7: a face has 2 corners, and needs 3");
+}
+
 // The standard asks for percent-encoded names; Blender writes "my%20model.bin" for `my model.bin`.
 TEST_F(MeshFile, GltfBuffersAreFoundByTheirEncodedNames) {
   std::string buffer;

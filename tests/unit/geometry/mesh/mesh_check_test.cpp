@@ -85,6 +85,10 @@ TEST(MeshCheck, RefusesCoordinatesThatAreNotFinite) {
   expect_flaw(mesh, message, "export");
   mesh.positions[3].y() = -1e39;
   expect_flaw(mesh, message, "export");
+  // Importers repeat a vertex for each of its triangles.
+  mesh.positions.push_back(mesh.positions[3]);
+  mesh.triangles[0][0] = static_cast<int>(mesh.positions.size()) - 1;
+  expect_flaw(mesh, message, "export");
 }
 
 TEST(MeshCheck, SplitVerticesAreJoined) {
