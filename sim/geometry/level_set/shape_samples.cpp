@@ -198,7 +198,8 @@ double default_sample_spacing(double volume) { return math::cbrt(volume) / 8; }
 
 double estimated_samples(double area, double spacing) { return area / (spacing * spacing); }
 
-// Areas have a sample in each square of the spacing, edges and rings have one in each interval.
+// Areas have a sample in each square of the spacing, edges and rings have one in each interval. The side of a
+// cylinder or capsule is a feature edge with nodes along the axis.
 double estimated_samples(const LevelSet& shape, double spacing) {
   const double r = shape.radius;
   switch (shape.kind) {
@@ -211,14 +212,15 @@ double estimated_samples(const LevelSet& shape, double spacing) {
     }
     case LevelSet::Kind::cylinder: {
       const double apart = round_spacing(r, spacing);
-      return estimated_samples(2 * pi * r * r, apart) + 4 * pi * r / apart;
+      return estimated_samples(2 * pi * r * r, apart) + 4 * pi * r / apart + 2 * shape.half_length / spacing;
     }
     case LevelSet::Kind::torus: {
       const double apart = round_spacing(r + shape.tube, spacing);
       return estimated_samples(4 * pi * pi * r * shape.tube, apart) + 16 * pi * r / apart;
     }
-    case LevelSet::Kind::sphere:
     case LevelSet::Kind::capsule:
+      return 2 * shape.half_length / spacing;
+    case LevelSet::Kind::sphere:
     case LevelSet::Kind::grid:
     case LevelSet::Kind::half_space:
       break;

@@ -12,7 +12,8 @@ namespace duet {
 /// eighth of the edge of a cube of the same volume.
 double default_sample_spacing(double volume);
 
-/// Returns about how many samples a shape with a formula has, without making them.
+/// Returns about how many samples, and nodes of feature edges, a shape with a formula has, without making
+/// them.
 double estimated_samples(const LevelSet& shape, double spacing);
 
 /// Returns about how many samples a closed mesh of the given surface area (m^2) has, without making them.

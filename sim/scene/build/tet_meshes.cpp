@@ -36,6 +36,24 @@ bool same_shape(const DeformableShape& a, const DeformableShape& b) {
   return same_lattice(a, b);
 }
 
+// Largest number of cells of the lattice over the bounding box of a surface that is filled. An explicit
+// `spacing` can ask for no more (256 along each axis, and two at each end); each cell inside has about 12
+// tetrahedra.
+constexpr double max_lattice_cells = 260.0 * 260 * 260;
+
+// Throws Error (usage) if the lattice over a surface has too many cells: the default spacing follows from the
+// thickness, so that a body that is very thin for its size takes more than any machine has.
+void check_lattice(const DeformableBody& body, const LevelSet& inside, double spacing) {
+  const Vec3 size = inside.upper() - inside.lower();
+  const double cells = (size / spacing + Vec3::Constant(2)).prod();
+  if (cells <= max_lattice_cells) return;
+  fail(body,
+       fmt::format("is so thin for its size, {:.3g} m by {:.3g} m, that tetrahedra {:.2g} m wide need a "
+                   "lattice of {:.2g} cells, must be <= {:.2g}; make it thicker, give a larger `spacing`, "
+                   "or make it a shell or a rod",
+                   inside.min_size(), size.maxCoeff(), spacing, cells, max_lattice_cells));
+}
+
 // Fills the surface of a body with tetrahedra (m, coordinates of the shape). Throws Error (usage) unless they
 // form one connected part.
 TetMesh filled(const DeformableBody& body) {
@@ -45,6 +63,7 @@ TetMesh filled(const DeformableBody& body) {
           ? fine_level_set(in_frame(*surface.mesh, surface.scale, Pose{}), body.shape.spacing)
           : level_set(surface);
   const double spacing = body.shape.spacing.value_or(default_spacing(inside));
+  check_lattice(body, inside, spacing);
   TetMesh mesh = tetrahedralize(inside, spacing, body.shape.graded);
   const int parts = connected_parts(mesh);
   if (parts == 0)

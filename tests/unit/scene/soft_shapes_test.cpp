@@ -125,6 +125,24 @@ TEST(SoftShapes, EqualShapesShareAMeshAndExplainShowsItsQuality) {
   EXPECT_EQ(explain_json(scene, plan, sizes)["sizes"]["tet_meshes"][0]["tets"], sizes.tet_meshes[0].tets);
 }
 
+// The default spacing is a quarter of the thickness: these would have a lattice of 1e9 cells and more.
+TEST(SoftShapes, TooThinForTheirSizeAreRefused) {
+  for (const char* shape :
+       {"{ torus = { radius = 1, tube = 1e-4 } }", "{ cylinder = { radius = 1, height = 1e-6 } }",
+        "{ capsule = { radius = 1e-9, length = 1e3 } }"}) {
+    try {
+      built(scene_of({shape}));
+      ADD_FAILURE() << shape << " was accepted";
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find("deformable.soft0.shape: is so thin for its size"),
+                std::string::npos)
+          << error.what();
+    }
+  }
+  EXPECT_GT(mass_of(built(scene_of({"{ cylinder = { radius = 0.01, height = 2 } }"}))), 0)
+      << "long, not too thin";
+}
+
 TEST(SoftShapes, TooWideASpacingForAMeshNamesTheBody) {
   const Scene scene = scene_of({"{ mesh = \"knot.obj\", spacing = 0.15 }"});
   try {

@@ -8,6 +8,7 @@
 #include "tests/support/meshes.h"
 #include <gtest/gtest.h>
 
+#include "sim/geometry/level_set/feature_edges.h"
 #include "sim/geometry/queries/triangle_tree.h"
 
 namespace duet::shape_samples_test {
@@ -155,10 +156,11 @@ TEST(SurfaceSamples, AreEstimated) {
   for (const LevelSet& shape :
        {LevelSet::box(Vec3(1, 1, 1)), LevelSet::box(Vec3(1, 1e-3, 1)), LevelSet::box(Vec3(1e-3, 1, 1e-3)),
         LevelSet::cylinder(1, 1), LevelSet::cylinder(1, 1e-3), LevelSet::cylinder(0.01, 5),
-        LevelSet::torus(1, 0.3), LevelSet::torus(1, 0.003)}) {
+        LevelSet::capsule(0.01, 5), LevelSet::torus(1, 0.3), LevelSet::torus(1, 0.003)}) {
     const double spacing = default_sample_spacing(volume(shape));
     const double estimate = estimated_samples(shape, spacing);
-    const auto count = static_cast<double>(surface_samples(shape, spacing).size());
+    const auto count = static_cast<double>(surface_samples(shape, spacing).size() +
+                                           find_feature_edges(shape, spacing).nodes.size());
     EXPECT_GT(estimate, count / 2) << static_cast<int>(shape.kind);
     EXPECT_LT(estimate, count * 2) << static_cast<int>(shape.kind);
   }
