@@ -106,6 +106,9 @@ void check_nodes(const std::string& path, const nlohmann::json& document) {
 
 void check_gltf(const std::string& path) {
   const std::string bytes = io::read_file(path);
+  if (bytes.starts_with("\xef\xbb\xbf"))
+    throw FileError(path, "begins with a byte order mark, which glTF does not allow",
+                    "save it as UTF-8 without the mark, or export the mesh again");
   const bool is_binary = bytes.starts_with("glTF");
   const std::string_view json = is_binary ? json_of_glb(path, bytes) : std::string_view(bytes);
   if (json_depth(json) > max_json_depth)

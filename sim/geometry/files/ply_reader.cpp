@@ -51,7 +51,10 @@ std::optional<Type> type_named(std::string_view name) {
 // Reads one file into a mesh.
 class PlyReader {
  public:
-  explicit PlyReader(const std::string& path) : path_(path) { bytes_ = io::read_file(path); }
+  explicit PlyReader(const std::string& path) : path_(path) {
+    bytes_ = io::read_file(path);
+    if (bytes_.starts_with("\xef\xbb\xbf")) at_ = 3;  // a byte order mark, which some editors put before text
+  }
 
   TriangleMesh read() {
     read_header();

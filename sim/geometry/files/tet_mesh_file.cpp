@@ -18,7 +18,10 @@ namespace {
 // Reads a text file word by word and knows the line of the last word, for messages.
 class Words {
  public:
-  explicit Words(const std::string& path) : path_(path) { text_ = io::read_file(path); }
+  explicit Words(const std::string& path) : path_(path) {
+    text_ = io::read_file(path);
+    if (text_.starts_with("\xef\xbb\xbf")) text_.erase(0, 3);  // a byte order mark, as some editors put it
+  }
 
   // Returns the next word, a view of the text of the file; empty at its end. Comments run from # to the end
   // of the line.

@@ -162,10 +162,12 @@ TEST_F(MeshFile, WhatCannotBeReadIsNamed) {
 }
 
 // A byte order mark would hide the first vertex.
-TEST_F(MeshFile, ObjFilesMayBeginWithAByteOrderMark) {
+TEST_F(MeshFile, TextMayBeginWithAByteOrderMark) {
   const std::string text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 1 4 3\n";
   expect_tetrahedron("mark.obj", "\xef\xbb\xbf" + text);
   expect_tetrahedron("mark_and_point.obj", "\xef\xbb\xbf#\n" + text + "vt .5 .5\n");
+  expect_tetrahedron("mark.ply", "\xef\xbb\xbf" + ply("ascii"));
+  expect_error(write("mark.gltf", "\xef\xbb\xbf{}"), "begins with a byte order mark");
 }
 
 TEST_F(MeshFile, FaultyFacesOfObjFilesAreNamedWithTheirLine) {

@@ -108,8 +108,10 @@ $EndElements
 )";
 
 TEST(TetMeshFile, ReadsWhatOtherProgramsWrite) {
-  for (const TetMesh& mesh : {read_text("a.mesh", two_tets_medit), read_text("a.msh", two_tets_gmsh_2),
-                              read_text("b.msh", two_tets_gmsh_4)}) {
+  // The second text begins with a byte order mark.
+  for (const TetMesh& mesh :
+       {read_text("a.mesh", two_tets_medit), read_text("b.mesh", "\xef\xbb\xbf" + two_tets_medit),
+        read_text("a.msh", two_tets_gmsh_2), read_text("b.msh", two_tets_gmsh_4)}) {
     EXPECT_EQ(mesh.nodes, (std::vector<Vec3>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 1}}));
     EXPECT_EQ(mesh.tets, (std::vector<Tet>{{0, 1, 2, 3}, {1, 2, 3, 4}}));
   }
