@@ -1,7 +1,6 @@
 #include "sim/geometry/level_set/grid_level_set.h"
 
 #include <cmath>
-#include <ctime>
 #include <limits>
 #include <numbers>
 #include <random>
@@ -178,11 +177,10 @@ TriangleMesh disc_of_needles(int corners, double thickness) {
   return mesh;
 }
 
-// Fans of needles took as many searches as their edges squared: 14 s for a cylinder of 512 corners.
-TEST(GridLevelSet, IsMadeOfNeedlesQuickly) {
-  const std::clock_t start = std::clock();
-  const GridLevelSet thick(disc_of_needles(1000, 1), 64);
-  EXPECT_LT(static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC, 5);
+// Fans of needles took as many searches as their edges squared: 14 s for a cylinder of 512 corners, and many
+// minutes for this one, which the time limit of all tests would end.
+TEST(GridLevelSet, IsMadeOfManyNeedles) {
+  const GridLevelSet thick(disc_of_needles(3000, 1), 64);
   EXPECT_NEAR(thick.distance(Vec3(0.2, 0.3, 0.1)), -0.3, 1e-6);
 }
 
