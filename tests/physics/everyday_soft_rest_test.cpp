@@ -21,7 +21,7 @@ struct Stack {
   double youngs_modulus = 1e6, poisson_ratio = 0;  // Pa, 1
 };
 
-// Returns the largest speed (root of the mean square by mass, m/s) of a frame in the last of three seconds.
+// Returns the speed (root of the mean square by mass and time, m/s) in the last of three seconds.
 double speed_at_rest(const Stack& stack) {
   scene::Scene scene = test::on_ground(0.5);
   double mass = 0;
@@ -39,17 +39,18 @@ double speed_at_rest(const Stack& stack) {
     scene.materials.back().damping = stack.damping;
   }
   Simulation simulation(scene, test::plan(scene));
-  double most = 0;  // J
+  double sum = 0;  // J, of 24 frames
   for (int frame = 1; frame <= 72; ++frame) {
     simulation.advance_frame();
-    if (frame > 48) most = std::max(most, simulation.stats().kinetic);
+    if (frame > 48) sum += simulation.stats().kinetic;
   }
-  return std::sqrt(2 * most / mass);
+  return std::sqrt(2 * sum / 24 / mass);
 }
 
-// The bound is that of the conjugate gradients, which leave a residual of up to 1e-3 m/s in a step. Where the
-// solve left out contacts of rigid bodies at random, the soft bodies above them fell for a step now and then,
-// by up to 12 mm/s.
+// The bound is that of the conjugate gradients, which leave a residual of up to 1e-3 m/s in a step. The
+// largest speed of a second is no measure: where the offset of a stack changes by a tenth of a millimeter, it
+// varies from 1.4 to 2.7 mm/s. Where the solve left out contacts of rigid bodies at random, the soft bodies
+// above them fell for a step now and then, by up to 12 mm/s, 2.4 mm/s in the mean even if that happened once.
 TEST(EverydaySoftRest, StacksStayAtRest) {
   test::Cases cases(5);
   for (const double damping : {0.05, 0.02})

@@ -43,7 +43,7 @@ TEST(WorldSizes, TellBonesThatHoldMassOffTheirCenter) {
   for (const bool with_springs : {false, true})
     for (const double place : {0.0, 0.6}) {
       scene::Scene scene = test::free_space();
-      test::add_box(scene, "bone", Vec3::Zero(), Vec3(1.6, 0.2, 0.2), 1);
+      test::add_box(scene, "bone", Vec3::Zero(), Vec3(2, 0.3, 0.3), 1);
       scene::DeformableBody& load =
           test::add_soft_box(scene, "load", Vec3(place, 0, 0), Vec3::Constant(0.4), 4, 1e5);
       load.attach = {"bone"};
