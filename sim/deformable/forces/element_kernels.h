@@ -65,9 +65,9 @@ vector8 spin_of_columns(const std::array<vector8, columns>& f, const std::array<
     xx += f[k].y * f[k].y + f[k].z * f[k].z;
     yy += f[k].x * f[k].x + f[k].z * f[k].z;
     zz += f[k].x * f[k].x + f[k].y * f[k].y;
-    yz -= f[k].y * f[k].z;
-    xz -= f[k].x * f[k].z;
-    xy -= f[k].x * f[k].y;
+    yz = yz - f[k].y * f[k].z;
+    xz = xz - f[k].x * f[k].z;
+    xy = xy - f[k].x * f[k].y;
     moment = moment + cross(f[k], g[k]);
   }
   const vector8 a{yy * zz - yz * yz, xz * yz - xy * zz, xy * yz - xz * yy};  // columns of the adjugate

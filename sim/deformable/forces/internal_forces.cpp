@@ -144,8 +144,6 @@ void InternalForces::add_turn_forces(const std::vector<Vec3>& v, double seconds,
   edge_springs.add_turn_forces(v, seconds, force);
   altitude_springs.add_turn_forces(v, seconds, force);
   bending_springs.add_turn_forces(v, seconds, force);
-  rod_bending.add_turn_forces(v, seconds, force);
-  shell_bending.add_turn_forces(v, seconds, force);
 }
 
 void InternalForces::add_damping_forces_single(const std::vector<Vec3>& v, std::vector<Vec3>& force) {

@@ -59,7 +59,8 @@ class InternalForces {
   ///
   /// A solve finds velocities at a later time than that of the state. These turn with the body, and their
   /// viscous forces alone would resist the turn as a contraction: a body that spins would grow, and gain
-  /// energy while it does. Zero-length springs and mass-proportional damping have no such part.
+  /// energy while it does. Zero-length springs and mass-proportional damping have no such part. Springs on
+  /// curvatures are left out: these may be almost zero, and then have no direction that turns.
   void add_turn_forces(const std::vector<Vec3>& v, double seconds, std::vector<Vec3>& force);
   /// Adds the viscous forces like add_damping_forces(), in single precision except those of membranes and
   /// zero-length springs.
