@@ -255,12 +255,19 @@ void JointSolver::begin_impulses(const Articulation& articulation, double second
     const RowRole role = rows_[r].role;
     if (role == RowRole::structure) return;
     free_[r] = role != RowRole::limit;
-    most_[r] = role == RowRole::limit     ? infinite
-               : role == RowRole::control ? joint.control.most * seconds
-                                          : joint.friction * seconds;
-    least_[r] = role == RowRole::limit ? 0 : -most_[r];
+    const Bounds bounds = drive_bounds(joint, role, seconds);
+    least_[r] = bounds.least;
+    most_[r] = bounds.most;
   });
 }
+
+Bounds JointSolver::drive_bounds(const Joint& joint, RowRole role, double seconds) {
+  if (role == RowRole::limit) return {0, infinite};
+  const double most = (role == RowRole::control ? joint.control.most : joint.friction) * seconds;
+  return {-most, most};
+}
+
+bool JointSolver::is_at_limit(double slack) { return slack <= at_limit; }
 
 void JointSolver::plan_control(const Articulation& articulation, const RigidBodies& rigid, double time,
                                double dt) {
@@ -376,7 +383,7 @@ double JointSolver::stabilize_and_control(const Articulation& articulation, Rigi
         const JointRow& row = rows_[r];
         const Pose &parent = rigid.state[ends_[j].parent].pose, &child = rigid.state[ends_[j].child].pose;
         if (row.role == RowRole::limit &&
-            limit_slack(joint, row, JointFrames(joint, parent, child)) > at_limit)
+            !is_at_limit(limit_slack(joint, row, JointFrames(joint, parent, child))))
           return -infinite;
         const double rate = wanted(row, rates_[j].end, parent.orientation * joint.parent_frame.orientation);
         return rate - row_velocity(rigid, j, row);
@@ -384,25 +391,28 @@ double JointSolver::stabilize_and_control(const Articulation& articulation, Rigi
 }
 
 template <class Counts>
-void JointSolver::sum_impulses(std::vector<Vec3>& linear, std::vector<Vec3>& angular, Counts&& counts) const {
+void JointSolver::sum_impulses(const std::vector<double>& impulses, std::vector<Vec3>& linear,
+                               std::vector<Vec3>& angular, Counts&& counts) const {
+  DUET_ASSERT(impulses.size() == rows_.size());
   linear.assign(predicted_.size(), Vec3::Zero());
   angular.assign(predicted_.size(), Vec3::Zero());
   for_each_row([&](std::size_t j, std::size_t r) {
     const JointRow& row = rows_[r];
     if (!counts(row.role)) return;
-    linear[ends_[j].child] += impulse_[r] * row.linear;
-    linear[ends_[j].parent] -= impulse_[r] * row.linear;
-    angular[ends_[j].child] += impulse_[r] * row.child_moment;
-    angular[ends_[j].parent] -= impulse_[r] * row.parent_moment;
+    linear[ends_[j].child] += impulses[r] * row.linear;
+    linear[ends_[j].parent] -= impulses[r] * row.linear;
+    angular[ends_[j].child] += impulses[r] * row.child_moment;
+    angular[ends_[j].parent] -= impulses[r] * row.parent_moment;
   });
 }
 
 void JointSolver::structure_impulses(std::vector<Vec3>& linear, std::vector<Vec3>& angular) const {
-  sum_impulses(linear, angular, [](RowRole role) { return role == RowRole::structure; });
+  sum_impulses(impulse_, linear, angular, [](RowRole role) { return role == RowRole::structure; });
 }
 
-void JointSolver::drive_impulses(std::vector<Vec3>& linear, std::vector<Vec3>& angular) const {
-  sum_impulses(linear, angular, [](RowRole role) { return role != RowRole::structure; });
+void JointSolver::sum_drive(const std::vector<double>& impulses, std::vector<Vec3>& linear,
+                            std::vector<Vec3>& angular) const {
+  sum_impulses(impulses, linear, angular, [](RowRole role) { return role != RowRole::structure; });
 }
 
 void JointSolver::prepare_projection(const RigidBodies& rigid) {

@@ -12,6 +12,22 @@
 
 namespace duet {
 
+/// A row of control, friction or a limit, for a velocity solve that finds its impulse.
+struct DriveRow {
+  std::size_t row = 0,  ///< its number among the rows of all joints
+      parent = 0,       ///< rigid body
+      child = 0;        ///< rigid body
+  JointRow geometry;    ///< its directions and moments
+  double target = 0;    ///< m/s or rad/s, velocity that the row is to have
+  Bounds bounds;        ///< N s or N m s, of the impulse
+};
+
+/// The time of the rates that rows of control, friction and limits are to have.
+enum class RateAt {
+  whole_step,  ///< means over the step, by which limits keep their distance at its end
+  end          ///< those of the end of the step, at the poses then
+};
+
 /// Solves for the impulses y of all joints at once:
 ///
 ///     J M^-1 J^T y = b,
@@ -82,8 +98,21 @@ class JointSolver {
   /// `linear` is in N s, `angular` in N m s about the body's center of mass; both get one entry per rigid
   /// body.
   void structure_impulses(std::vector<Vec3>& linear, std::vector<Vec3>& angular) const;
-  /// Sums the impulses of the other rows, of control, friction and limits, in the same way.
-  void drive_impulses(std::vector<Vec3>& linear, std::vector<Vec3>& angular) const;
+  /// Returns the impulses of all rows since begin_impulses(), N s or N m s.
+  const std::vector<double>& impulses() const { return impulse_; }
+  /// Sums `impulses`, given for all rows, of control, friction and limits in the same way.
+  void sum_drive(const std::vector<double>& impulses, std::vector<Vec3>& linear,
+                 std::vector<Vec3>& angular) const;
+  /// Fills `rows` with the rows of control, friction and limits that can act at the poses now.
+  ///
+  /// `dt` (s) is the step, and `seconds` the time for which the impulses act: their bounds are those of force
+  /// and torque times it.
+  void drive_rows(const Articulation& articulation, const RigidBodies& rigid, RateAt at, double dt,
+                  double seconds, std::vector<DriveRow>& rows) const;
+  /// Takes over an impulse that a velocity solve has found and applied, after begin_impulses().
+  ///
+  /// The velocities have it already; the next solve for joints changes it by what they miss.
+  void start_drive(std::size_t row, double impulse);
   /// An impulse that bodies of infinite mass have given to dynamic bodies through joints.
   struct Outside {
     Vec3 linear = Vec3::Zero(),  ///< N s
@@ -152,9 +181,10 @@ class JointSolver {
   // Factors J M^-1 J^T for the rows that are free now, unless the factors at hand are those. See
   // BlockFactor::factor for `softness`.
   void factor(const RigidBodies& rigid, double softness = 0);
-  // Sums the impulses of the rows whose role `counts` accepts on every rigid body.
+  // Sums `impulses` of the rows whose role `counts` accepts on every rigid body.
   template <class Counts>
-  void sum_impulses(std::vector<Vec3>& linear, std::vector<Vec3>& angular, Counts&& counts) const;
+  void sum_impulses(const std::vector<double>& impulses, std::vector<Vec3>& linear,
+                    std::vector<Vec3>& angular, Counts&& counts) const;
   // Clears all impulses, frees the structure rows without bounds, and holds all other rows at zero.
   void free_structure_only();
   // Applies the impulses that change the velocities of free rows by residual_.
@@ -187,6 +217,13 @@ class JointSolver {
   // Returns the velocity that a row is to have if the joint has the relative rate `rate` in the axes of the
   // parent's frame; zero for all rows but those of control.
   static double wanted(const JointRow& row, const Vec3& rate, const Quat& parent_axes);
+  // Returns the bounds of the impulse of a row of control, friction or a limit within `seconds` (s).
+  static Bounds drive_bounds(const Joint& joint, RowRole role, double seconds);
+  // Returns the velocity that such a row of joint `j` is to have; minus infinity for a limit out of reach.
+  double drive_rate(const Joint& joint, std::size_t j, const JointRow& row, const RigidBodies& rigid,
+                    RateAt at, double dt) const;
+  // Returns whether a limit counts as reached, with `slack` (m or rad) left.
+  static bool is_at_limit(double slack);
   // Displaces a dynamic body by inverse mass times `linear` (kg m) and inverse inertia times `angular` (kg
   // m^2).
   static void move(RigidBodies& rigid, std::size_t body, const Vec3& linear, const Vec3& angular);

@@ -55,6 +55,8 @@ class ContactForces {
     rows_.clear();
     out_of_reach_.clear();
   }
+  /// Returns the mass (kg) of the heaviest body of each island, of the last build().
+  const std::vector<double>& heaviest() const { return heaviest_; }
   /// Returns whether there are no contacts and pairs that can act.
   bool empty() const { return rows_.empty(); }
 

@@ -29,7 +29,7 @@ void VelocityBlocks::find(Bodies& bodies, double dt) {
 }
 
 void VelocityBlocks::add(const Bodies& bodies, const std::vector<Mat3>& inertia,
-                         const ContactForces* contacts) {
+                         const ContactForces* contacts, const JointForces* joints) {
   DUET_ASSERT(block_.size() == bodies.particles.size() && inertia.size() == bodies.rigid.size());
   const std::size_t bodies_count = bodies.rigid.size();
   inverse_ = block_;
@@ -40,6 +40,7 @@ void VelocityBlocks::add(const Bodies& bodies, const std::vector<Mat3>& inertia,
     rigid_[i].bottomRightCorner<3, 3>() = inertia[i];
   }
   if (contacts) contacts->add_blocks(inverse_, rigid_);
+  if (joints) joints->add_blocks(rigid_);
   parallel_for(inverse_.size(), blocks_at_once, [&](std::size_t begin, std::size_t end) {
     for (std::size_t p = begin; p < end; ++p)
       inverse_[p] = bodies.particles.inverse_mass[p] > 0 ? inverse_[p].inverse() : SymmetricBlock{};

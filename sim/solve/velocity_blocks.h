@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "sim/solve/contact_forces.h"
+#include "sim/solve/joint_forces.h"
 #include "sim/solve/velocity_system.h"
 
 namespace duet {
@@ -19,9 +20,10 @@ class VelocityBlocks {
   void find(Bodies& bodies, double dt);
   /// Returns the inverses of the blocks of find(), 1/kg; zero for held particles.
   const std::vector<SymmetricBlock>& own() const { return own_; }
-  /// Adds `contacts` (or null) to the blocks of the particles, assembles those of the rigid bodies with their
+  /// Adds `contacts` and `joints` (or null) to the blocks, assembles those of the rigid bodies with their
   /// `inertia` (kg m^2, world axes), and inverts all of them. The blocks of find() stay as they are.
-  void add(const Bodies& bodies, const std::vector<Mat3>& inertia, const ContactForces* contacts);
+  void add(const Bodies& bodies, const std::vector<Mat3>& inertia, const ContactForces* contacts,
+           const JointForces* joints);
   /// Applies the preconditioner: out = B^-1 M residual, m/s and rad/s. Resizes `out`.
   void apply(const Bodies& bodies, const std::vector<Mat3>& inertia, const GeneralizedVelocity& residual,
              GeneralizedVelocity& out) const;

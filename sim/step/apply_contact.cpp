@@ -37,11 +37,8 @@ double duration_of(const StepContext& context, ContactSolve solve) {
 
 // Sets context.joint_drive to the mean forces of the last joint solve.
 void find_joint_drive(const World& world, StepContext& context, ContactSolve solve) {
-  if (!world.has_internal_forces()) return;
-  RigidForces& drive = context.joint_drive;
-  context.joints.drive_impulses(drive.linear, drive.angular);
-  for (std::vector<Vec3>* values : {&drive.linear, &drive.angular})
-    for (Vec3& value : *values) value /= duration_of(context, solve);
+  if (world.has_internal_forces())
+    find_drive(context.joints, context.joints.impulses(), duration_of(context, solve), context.joint_drive);
 }
 
 // Solves for the joints with their control, and returns their largest violation before, m/s or rad/s.
@@ -60,10 +57,18 @@ double solve_joints(World& world, StepContext& context, ContactSolve solve) {
 
 }  // namespace
 
+void find_drive(const JointSolver& joints, const std::vector<double>& impulses, double seconds,
+                RigidForces& drive) {
+  joints.sum_drive(impulses, drive.linear, drive.angular);
+  for (std::vector<Vec3>* values : {&drive.linear, &drive.angular})
+    for (Vec3& value : *values) value /= seconds;
+}
+
 void control_joints(World& world, StepContext& context, ContactSolve solve) {
   if (world.touches())
     context.articulated_response.prepare(world.bodies, context.joints, true, context.contacts);
   context.joints.begin_impulses(world.bodies.articulation, duration_of(context, solve));
+  if (solve == ContactSolve::at_end) context.joint_forces.hand_to(context.joints);
   solve_joints(world, context, solve);
 }
 

@@ -109,6 +109,7 @@ class Search {
       if (newton_residual <= enough && may_update) {
         ++settlings;
         problem_.contacts->update_multipliers();
+        if (problem_.joints) problem_.joints->update_multipliers();
         problem_.contacts->set_bounds();
         problem_.contacts->set_careful(true);
         evaluate();
@@ -213,6 +214,10 @@ class Search {
       contact_potential_ = problem_.contacts->evaluate(V);
       problem_.contacts->add_velocities(1, newton_residual);
     }
+    if (problem_.joints) {
+      contact_potential_ += problem_.joints->evaluate(V);
+      problem_.joints->add_velocities(1, newton_residual);
+    }
     follow_twists(bodies.bound, newton_residual.linear, newton_residual.angular, newton_residual.particle);
     restrict(newton_residual);
     context_.unconstrained = newton_residual;
@@ -250,7 +255,7 @@ class Search {
       bodies.forces.linearize();
       find_blocks(world_, context_, problem_.dt, true);
     }
-    context_.blocks.add(bodies, context_.inertia, problem_.contacts);
+    context_.blocks.add(bodies, context_.inertia, problem_.contacts, problem_.joints);
     GeneralizedVelocity &x = context_.correction, &r = context_.residual, &s = context_.direction,
                         &q = context_.image, &z = context_.preconditioned;
     r = context_.newton_residual;
@@ -273,6 +278,7 @@ class Search {
       if (left <= enough && system_.norm(r) <= norm) break;
       system_.apply(s, q);
       if (problem_.contacts) problem_.contacts->add_differentials(s, q);
+      if (problem_.joints) problem_.joints->add_differentials(s, q);
       restrict(q);
       system_.project(q);
       const double curvature = system_.inner(s, q);
@@ -311,7 +317,7 @@ class Search {
   const VelocityProblem& problem_;
   VelocitySystem system_;
   double tolerance_ = 0;          // m/s
-  double contact_potential_ = 0;  // J
+  double contact_potential_ = 0;  // J, of contacts and of the drive of joints
 };
 
 }  // namespace

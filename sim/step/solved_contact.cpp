@@ -96,6 +96,18 @@ void build_forces(World& world, StepContext& context, const Islands& islands, do
                                context.blocks.own());
 }
 
+// Builds context.joint_forces for a solve over `dt` (s), after build_forces(). The multipliers are `factor`
+// times the impulses in context.drive_impulse.
+void build_joint_forces(World& world, StepContext& context, const Islands& islands, RateAt at, double dt,
+                        double factor) {
+  context.joint_forces.clear();
+  if (!islands.has_joints()) return;
+  context.joints.drive_rows(world.bodies.articulation, world.bodies.rigid, at, context.dt, dt,
+                            context.drive_rows);
+  context.joint_forces.build(world.bodies.rigid, context.drive_rows, islands,
+                             context.contact_forces.heaviest(), context.drive_impulse, factor);
+}
+
 // Starts the solve at v^^n instead of the velocity without contact, if its potential is lower, as for bodies
 // at rest. Solves with constraints keep their start.
 void begin_at_the_better(World& world, StepContext& context, const VelocityProblem& problem) {
@@ -141,6 +153,7 @@ void find_solved_islands(World& world, StepContext& context) {
     if (!context.is_solved[i]) islands.leave(i);
   islands.update();
   context.contact_forces.clear();
+  context.joint_forces.clear();
 }
 
 bool is_solved(const StepContext& context, const Bodies& bodies, const ContactPair& pair) {
@@ -165,6 +178,9 @@ void solve_halfway(World& world, StepContext& context, const Islands& islands, b
   const bool is_implicit = world.settings.implicit_elasticity;
   if (context.contact_forces.empty() && is_implicit && !islands.has_joints()) return;
   context.solution = context.middle_velocity;
+  build_joint_forces(world, context, islands, RateAt::whole_step, dt, 1);
+  context.joint_forces.add_velocities(-1, context.middle_velocity);  // unknown in this solve
+  const Momentum known_drive = context.joint_forces.impulse_of_fixed();
   begin_right_side(bodies, context);
   follow_twists(bodies.bound, context.solution.linear, context.solution.angular, context.solution.particle);
   if (!is_elastic) deform_to_middle(world, context, dt);
@@ -173,6 +189,7 @@ void solve_halfway(World& world, StepContext& context, const Islands& islands, b
                                 .is_elastic = is_elastic,
                                 .projection = keep_joints(world, context, islands),
                                 .contacts = &context.contact_forces,
+                                .joints = &context.joint_forces,
                                 .islands = &islands};
   begin_at_the_better(world, context, problem);
   bool converged = find_velocity(world, context, problem);
@@ -183,12 +200,14 @@ void solve_halfway(World& world, StepContext& context, const Islands& islands, b
     converged = find_velocity(world, context, problem);
   }
   context.contact_forces.store_pairs(dt, context.pair_forces);
+  context.joint_forces.give_impulses(context.drive_impulse, context.swept_impulse);
   bodies.particles.x = context.x_n;
   context.contact_converged = context.contact_converged && converged;
   if (!converged && is_elastic) apply_rigid_fallback(world, context, true);
   if (!world.settings.implicit_elasticity) {
     context.solve_from_outside = context.contact_forces.impulse_of_pins(bodies.particles);
     context.solve_from_outside += impulse_of_holders(world, islands, dt);
+    context.solve_from_outside += context.joint_forces.impulse_of_fixed() - known_drive;
     return_momentum_to_islands(world, context, islands, dt);
   }
   take_velocities(context.solution, islands, bodies);
@@ -229,13 +248,17 @@ void solve_contact_halfway(World& world, StepContext& context) {
   context.pair_forces.clear();
   if (context.solved.searched() == 0) return;
   to_generalized(world.bodies, context.middle_velocity);
-  if (!world.settings.implicit_elasticity) {
+  context.drive_impulse = context.swept_impulse = context.joints.impulses();
+  if (world.settings.implicit_elasticity) {
+    find_relaxing_islands(world, context);
+    solve_halfway(world, context, context.elastic, true);
+    solve_halfway(world, context, context.relaxing, false);
+  } else {
     solve_halfway(world, context, context.solved, false);
-    return;
   }
-  find_relaxing_islands(world, context);
-  solve_halfway(world, context, context.elastic, true);
-  solve_halfway(world, context, context.relaxing, false);
+  if (!context.solved.has_joints()) return;
+  find_drive(context.joints, context.drive_impulse, context.dt / 2, context.joint_drive);
+  find_drive(context.joints, context.swept_impulse, context.dt / 2, context.swept_drive);
 }
 
 void solve_contact_at_end(World& world, StepContext& context) {
@@ -250,7 +273,9 @@ void solve_contact_at_end(World& world, StepContext& context) {
   add_forces(bodies, context.explicit_force, dt, b);
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
     if (bodies.rigid.properties[i].is_dynamic()) b.linear[i] += dt * world.gravity;
-  add_joint_drive(bodies, context.joint_drive, dt, b);
+  const bool has_joints = context.solved.has_joints();
+  const RigidForces& swept_drive = has_joints ? context.swept_drive : context.joint_drive;
+  add_joint_drive(bodies, swept_drive, dt, b);
   for (const KinematicStep& step : context.kinematic) {
     b.linear[step.body] = bodies.rigid.state[step.body].velocity;
     b.angular[step.body] = bodies.rigid.state[step.body].angular_velocity;
@@ -271,15 +296,19 @@ void solve_contact_at_end(World& world, StepContext& context) {
   if (world.has(Effect::self_repulsion))
     context.contact_forces.add_pairs(bodies, context.self_repulsion.pairs(), context.solved, dt, 0,
                                      context.pair_forces, dt, context.blocks.own());
+  build_joint_forces(world, context, context.solved, RateAt::end, dt, 2);
   ContactProjection* projection = keep_joints(world, context, context.solved);
   if (projection) projection->satisfy(context.solution);
   follow_twists(bodies.bound, context.right_side.linear, context.right_side.angular,
                 context.right_side.particle);
   follow_twists(bodies.bound, context.solution.linear, context.solution.angular, context.solution.particle);
   find_blocks(world, context, dt, false);
-  find_velocity(
-      world, context,
-      {.dt = dt, .projection = projection, .contacts = &context.contact_forces, .islands = &context.solved});
+  find_velocity(world, context,
+                {.dt = dt,
+                 .projection = projection,
+                 .contacts = &context.contact_forces,
+                 .joints = &context.joint_forces,
+                 .islands = &context.solved});
   // If the solve has converged, V plus the residual are the velocities that forces and impulses make, which
   // keep momentum to rounding.
   double left = 0;
@@ -290,15 +319,16 @@ void solve_contact_at_end(World& world, StepContext& context) {
   for (std::size_t p = 0; p < bodies.particles.size(); ++p)
     context.force[p] = context.explicit_force[p] + context.damping_force[p];
   // The sweeps of V.4 start from twice the impulses that contacts hold, so that half of them are stored. V.4
-  // applies them again, and finds control, friction and limits of joints anew; both are taken out of the
-  // velocities here.
+  // applies them again, and finds control, friction and limits of other joints anew; both are taken out of
+  // the velocities here. The drive of joints in the solve stays.
   context.contact_forces.store(0.5, context.contacts);
   context.contact_forces.store_pairs(dt, context.pair_forces_next);
   context.right_side = context.solution;
   context.contact_forces.add_stored_velocities(-1, context.right_side);
-  add_joint_drive(bodies, context.joint_drive, -dt, context.right_side);
+  add_joint_drive(bodies, swept_drive, -dt, context.right_side);
   if (!world.settings.implicit_elasticity) {
     context.solve_from_outside = context.contact_forces.impulse_of_pins(bodies.particles);
+    context.solve_from_outside += context.joint_forces.impulse_of_fixed();
     if (!has_converged)
       return_momentum_to_bodies(world, context.solved, context.x_half, dt, context.right_side);
   }

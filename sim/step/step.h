@@ -189,6 +189,10 @@ struct KnownForces {
   const RigidForces* drive;  ///< those of control, friction and limits of joints
   double applied_for;        ///< s, for which the solve adds the applied forces
 };
+/// Sets `drive` to mean forces of control, friction and limits: `impulses` of all rows of joints over
+/// `seconds` (s).
+void find_drive(const JointSolver& joints, const std::vector<double>& impulses, double seconds,
+                RigidForces& drive);
 /// Adds the velocities that the forces `drive` make in `dt` (s) to v.
 void add_joint_drive(const Bodies& bodies, const RigidForces& drive, double dt, GeneralizedVelocity& v);
 /// Solves for the implicit velocity of I.1 or V.2:
@@ -228,6 +232,7 @@ struct VelocityProblem {
   bool is_elastic = false;                  ///< true if elastic forces are part of F
   ContactProjection* projection = nullptr;  ///< constraints on V; null: none
   ContactForces* contacts = nullptr;        ///< contacts whose impulses are unknowns; null: none
+  JointForces* joints = nullptr;            ///< joints whose drive is unknown, with contacts only; null: none
   const Islands* islands = nullptr;         ///< islands whose velocities are sought; null: all
 };
 /// Solves `problem` by Newton's method, and returns whether it converged.

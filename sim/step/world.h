@@ -112,7 +112,12 @@ struct StepContext {
 
   RigidForces
       joint_drive_n,  ///< forces of control, friction and limits of joints in the last step's V; state
-      joint_drive;    ///< the same of III, then of this step's V
+      joint_drive,    ///< the same of III, then of this step's V
+      swept_drive;    ///< those of III outside the velocity solves
+  std::vector<DriveRow> drive_rows;   ///< scratch: rows of control, friction and limits of joints
+  std::vector<double> drive_impulse,  ///< N s or N m s, per row of joints: its impulse in III
+      swept_impulse;                  ///< the same, zero for rows inside a velocity solve
+  JointForces joint_forces;           ///< those of islands with contact inside their velocity solve
 
   ContactSet contacts;                     ///< contacts of this step
   ContactGraph graph;                      ///< order in which contact visits them

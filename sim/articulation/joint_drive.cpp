@@ -1,0 +1,43 @@
+// The rows of control, friction and limits of joints as a velocity solve takes them, and what it gives back.
+#include <cmath>
+#include <limits>
+
+#include "sim/articulation/joint_solver.h"
+
+namespace duet {
+
+void JointSolver::drive_rows(const Articulation& articulation, const RigidBodies& rigid, RateAt at, double dt,
+                             double seconds, std::vector<DriveRow>& rows) const {
+  DUET_ASSERT(articulation.joints.size() == ends_.size() && dt > 0 && seconds > 0);
+  rows.clear();
+  for (std::size_t j = 0; j < ends_.size(); ++j)
+    for (std::size_t r = first_[j]; r < first_[j + 1]; ++r) {
+      const JointRow& geometry = rows_[r];
+      if (geometry.role == RowRole::structure) continue;
+      const Joint& joint = articulation.joints[j];
+      const Bounds bounds = drive_bounds(joint, geometry.role, seconds);
+      const double target = drive_rate(joint, j, geometry, rigid, at, dt);
+      if (std::isinf(target) || (bounds.least == 0 && bounds.most == 0)) continue;
+      rows.push_back({r, ends_[j].parent, ends_[j].child, geometry, target, bounds});
+    }
+}
+
+double JointSolver::drive_rate(const Joint& joint, std::size_t j, const JointRow& row,
+                               const RigidBodies& rigid, RateAt at, double dt) const {
+  const Pose &parent = rigid.state[ends_[j].parent].pose, &child = rigid.state[ends_[j].child].pose;
+  if (row.role == RowRole::limit) {
+    const double slack = limit_slack(joint, row, JointFrames(joint, parent, child));
+    if (at == RateAt::whole_step) return -slack / dt;
+    return is_at_limit(slack) ? 0 : -std::numeric_limits<double>::infinity();
+  }
+  const Vec3& rate = at == RateAt::whole_step ? rates_[j].mean : rates_[j].end;
+  return wanted(row, rate, parent.orientation * joint.parent_frame.orientation);
+}
+
+void JointSolver::start_drive(std::size_t row, double impulse) {
+  DUET_ASSERT(row < rows_.size() && rows_[row].role != RowRole::structure);
+  impulse_[row] = impulse;
+  free_[row] = least_[row] < impulse && impulse < most_[row];
+}
+
+}  // namespace duet
