@@ -1,6 +1,6 @@
 // Hard bindings: particles of flesh that dynamic rigid bodies (bones) carry (Sifakis, Shinar, Irving, Fedkiw
-// 2007). They have no state and no mass of their own: they are placed and move with the body, and forces on
-// them act on the body.
+// 2007). They have no state and no mass of their own: the body carries their mass at their places, they move
+// with the body, and forces on them act on the body.
 #pragma once
 
 #include <vector>
@@ -17,16 +17,28 @@ struct EmbeddedParticle {
   /// index of the particle at whose position forces act: the bound particle itself, or the one that a
   /// zero-length spring connects to it
   std::size_t at = 0;
-  double mass = 0;             ///< kg, mass of the particle that the body has taken over
+  double mass = 0;             ///< kg, mass of the particle, which the body carries
   Vec3 arm = Vec3::Zero();     ///< m, position of the particle in body space
   Vec3 offset = Vec3::Zero();  ///< m, in the world, from the center of mass to where forces act now
 };
 
-/// Binds particle `p` to a dynamic body, which takes over its mass.
+/// Binds particle `p` to a dynamic body at its present place.
 ///
-/// The body's inertia grows in proportion to its mass, and its angular velocity stays. The particle's mass
-/// and inverse mass become 0. Forces act at the particle itself (`at` is `p`).
-EmbeddedParticle embed_particle(std::size_t p, std::size_t body, RigidBodies& rigid, Particles& particles);
+/// The particle's mass and inverse mass become 0; the body gets the mass from take_over_masses(). Forces act
+/// at the particle itself (`at` is `p`).
+EmbeddedParticle embed_particle(std::size_t p, std::size_t body, const RigidBodies& rigid,
+                                Particles& particles);
+
+/// Gives the bodies the masses m_i of their bound particles, which are at r_i in body space:
+///
+///     M = m + sum m_i,   c = sum m_i r_i / M,
+///     I_c = I + m (c.c 1 - c c^T) + sum m_i (d_i.d_i 1 - d_i d_i^T),   d_i = r_i - c
+///
+/// These are mass, center of mass and inertia of body and particles together, by the parallel axis theorem.
+/// If the center of mass or the principal axes change by more than rounding, body space moves there, see
+/// RigidProperties::shape_frame: shape, particles and their velocities stay in the world. Must be called
+/// once, after all particles are bound. Bodies whose particles have no mass stay as they are.
+void take_over_masses(RigidBodies& rigid, std::vector<EmbeddedParticle>& bound, const Particles& particles);
 
 /// Places the bound particles by the bodies' poses, gives them their velocities, and updates the offsets.
 ///

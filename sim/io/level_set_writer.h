@@ -8,7 +8,7 @@
 
 namespace duet::io {
 
-/// Writes the level sets of rigid bodies, a file a frame. A level set is sampled once, in body space. Each
+/// Writes the level sets of rigid bodies, a file a frame. A level set is sampled once, in shape space. Each
 /// frame's file holds the same voxels, with the frame's pose as the transform of the grid, so that nothing
 /// is resampled. Bodies of one shape share their voxels, in memory and in a file. Bodies that never move
 /// are in a file of their own, which serves all frames.

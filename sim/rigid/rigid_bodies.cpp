@@ -43,6 +43,15 @@ Pose evolved_pose(const RigidState& state, double dt, OrientationUpdate update) 
   return pose;
 }
 
+void move_body_space(const Pose& frame, RigidState& state, RigidProperties& properties) {
+  const Pose shape = properties.shape_frame.value_or(Pose());
+  properties.shape_frame =
+      Pose{frame.to_body(shape.position), (frame.orientation.conjugate() * shape.orientation).normalized()};
+  state.velocity = point_velocity(state, state.pose.orientation * frame.position);
+  state.pose.position = state.pose.to_world(frame.position);
+  state.pose.orientation = (state.pose.orientation * frame.orientation).normalized();
+}
+
 double kinetic_energy(const RigidState& state, const RigidProperties& properties) {
   return 0.5 * (properties.mass * state.velocity.squaredNorm() +
                 state.angular_momentum.dot(state.angular_velocity));

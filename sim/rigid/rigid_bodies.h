@@ -1,6 +1,7 @@
 // State and constant properties of rigid bodies, and how a state moves.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -32,13 +33,19 @@ struct RigidState {
 ///
 /// A body is dynamic, kinematic (it moves as the scene prescribes) or static. Only dynamic bodies have mass;
 /// the others have zero inverse mass and inertia, so that impulses change nothing.
+///
+/// Body space has the center of mass at its origin and the principal axes as axes. Shape space, in which the
+/// members that describe the shape are, is body space too, except for bones whose center of mass or principal
+/// axes are not those of their shape, because they carry the mass of particles: see `shape_frame`.
 struct RigidProperties {
-  /// Signed distance function of the body, in body space.
+  /// Signed distance function of the body, in shape space.
   LevelSet shape;
-  std::vector<Vec3> samples;    ///< m, body space: points that are tested against other bodies' level sets
-  std::vector<Vec3> inside;     ///< m, body space: per sample, a point that lies deeper inside the body
-  std::vector<char> on_flat;    ///< per sample, 1 if it lies in a flat face
-  FeatureEdges feature_edges;   ///< feature edges, along which the body can touch between its samples
+  std::vector<Vec3> samples;   ///< m, shape space: points that are tested against other bodies' level sets
+  std::vector<Vec3> inside;    ///< m, shape space: per sample, a point that lies deeper inside the body
+  std::vector<char> on_flat;   ///< per sample, 1 if it lies in a flat face
+  FeatureEdges feature_edges;  ///< feature edges, along which the body can touch between its samples
+  /// Pose of shape space in body space; none if the two are the same.
+  std::optional<Pose> shape_frame = {};
   double mass = 0,              ///< kg; 0: not dynamic
       inverse_mass = 0;         ///< 1/kg; 0: not dynamic
   Vec3 inertia = Vec3::Zero();  ///< kg m^2, principal moments
@@ -53,6 +60,8 @@ struct RigidProperties {
   bool is_dynamic() const { return inverse_mass > 0; }
   /// Returns whether the body is dynamic or kinematic.
   bool moves() const { return is_dynamic() || is_kinematic; }
+  /// Returns whether the body is a ball about its center of mass, so that no turn can be seen.
+  bool is_ball() const { return shape.kind == LevelSet::Kind::sphere && !shape_frame; }
 };
 
 /// A rigid body with prescribed motion.
@@ -84,6 +93,17 @@ inline const Vec3& rotation_variable(const RigidState& state, const RigidPropert
   return properties.is_dynamic() ? state.angular_momentum : state.angular_velocity;
 }
 
+/// Returns the pose that takes shape space to the world, if `pose` takes body space there.
+inline Pose shape_pose(const RigidProperties& properties, const Pose& pose) {
+  if (!properties.shape_frame) return pose;
+  const Pose& frame = *properties.shape_frame;
+  return {pose.to_world(frame.position), pose.orientation * frame.orientation};
+}
+/// Returns the present pose of the shape of a body: it takes shape space to the world.
+inline Pose shape_pose(const RigidBodies& rigid, std::size_t body) {
+  return shape_pose(rigid.properties[body], rigid.state[body].pose);
+}
+
 /// Recomputes the inverse inertia in world axes and w = I^-1 L of a dynamic body from its orientation.
 ///
 /// To be called after every change of orientation. It changes nothing of other bodies.
@@ -104,6 +124,19 @@ Pose evolved_pose(const RigidState& state, double dt, OrientationUpdate update);
 inline Vec3 point_velocity(const RigidState& state, const Vec3& offset) {
   return state.velocity + state.angular_velocity.cross(offset);
 }
+
+/// Returns the velocity of the origin of a body's shape space, m/s: that of the center of mass if the two are
+/// the same point.
+inline Vec3 shape_velocity(const RigidState& state, const RigidProperties& properties) {
+  if (!properties.shape_frame) return state.velocity;
+  return point_velocity(state, state.pose.orientation * properties.shape_frame->position);
+}
+
+/// Moves the center of mass and the axes of a body: `frame` is its new body space in the present one.
+///
+/// The body's shape and the motion of its points stay. The caller sets mass and inertia (in the new axes)
+/// before, and recomputes the angular momentum after.
+void move_body_space(const Pose& frame, RigidState& state, RigidProperties& properties);
 
 /// Returns the kinetic energy (m v.v + L.w) / 2 of a body, J; zero for a body without mass.
 double kinetic_energy(const RigidState& state, const RigidProperties& properties);

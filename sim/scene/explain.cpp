@@ -302,12 +302,6 @@ std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, co
         "the tetrahedra smaller than the bone is thick, or the bone thicker",
         loose.bone, loose.particles == 1 ? "one particle" : fmt::format("{} particles", loose.particles),
         loose.flesh));
-  for (const OffCenterLoad& load : sizes.off_center_loads)
-    found.push_back(
-        fmt::format("`{}` holds {:.3g} kg of flesh by `attach`, {:.3g} m from its center of mass, and counts "
-                    "this mass at "
-                    "its center of mass: set attach_springs, which leave mass where it is",
-                    load.bone, load.mass, load.distance));
   for (std::string& warning : lag_warnings(scene)) found.push_back(std::move(warning));
   for (std::string& warning : skin_warnings(sizes)) found.push_back(std::move(warning));
   if (std::string warning = step_warning(scene, sizes); !warning.empty()) found.push_back(std::move(warning));

@@ -42,12 +42,6 @@ struct LooseBone {
       flesh;          ///< Name of the deformable body.
   int particles = 0;  ///< Number of particles that it holds.
 };
-/// A bone that counts the mass of the particles that `attach` binds to it away from where they are.
-struct OffCenterLoad {
-  std::string bone;  ///< Name of the rigid body.
-  double mass = 0,   ///< Mass of the particles, kg.
-      distance = 0;  ///< Distance of their center of mass from that of the body, m.
-};
 /// Sizes of a world that has been built, its time step and the stages that it runs.
 struct WorldSizes {
   int rigid_dynamic = 0,        ///< Number of dynamic rigid bodies.
@@ -63,11 +57,10 @@ struct WorldSizes {
   double lightest = 0,          ///< Mass of the lightest dynamic or deformable body, kg; 0: there is none.
       heaviest = 0;             ///< Mass of the heaviest dynamic or deformable body, kg; 0: there is none.
   std::vector<GridSize> grids;  ///< Level sets of meshes.
-  std::vector<TetSize> tet_meshes;              ///< Tetrahedral meshes.
-  std::vector<LooseBone> loose_bones;           ///< Bones that hold particles of a flesh on one line only.
-  std::vector<OffCenterLoad> off_center_loads;  ///< Bones that hold much mass far from their center of mass.
-  std::vector<SkinSize> skins;                  ///< Skins that are drawn but not in contact.
-  double elastic_dt = 0;            ///< Elastic stability limit of the time step at rest, s; 0: none.
+  std::vector<TetSize> tet_meshes;     ///< Tetrahedral meshes.
+  std::vector<LooseBone> loose_bones;  ///< Bones that hold particles of a flesh on one line only.
+  std::vector<SkinSize> skins;         ///< Skins that are drawn but not in contact.
+  double elastic_dt = 0;               ///< Elastic stability limit of the time step at rest, s; 0: none.
   double undamped_elastic_dt = 0;   ///< The same limit without the effect of damping (solver.relaxation), s.
   double time_step = 0;             ///< Largest time step that the rule allows in the current state, s.
   std::string time_step_bound;      ///< What bounds `time_step`, such as "the turn of `bar`".

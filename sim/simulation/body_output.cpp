@@ -26,7 +26,7 @@ void write_surfaces(const scene::BuiltWorld& built, const std::vector<float>& pa
       shapes[i].skin.update(bodies.particles.x.data() + shapes[i].first_particle, surface);
       shapes[i].skin.interpolate(particle_strain.data() + shapes[i].first_particle, surface.strain);
     } else if (rest.vertex_nodes.empty()) {
-      const Pose& pose = bodies.rigid.state[i].pose;
+      const Pose pose = shape_pose(bodies.rigid, i);
       for (std::size_t k = 0; k < surface.positions.size(); ++k)
         surface.positions[k] = pose.to_world(rest.surface.positions[k]);
       for (std::size_t k = 0; k < surface.normals.size(); ++k)
@@ -120,7 +120,7 @@ std::vector<BodyLevelSet> level_sets_of(const RigidBodies& rigid, std::size_t co
     set.lower = shape.lower();
     set.upper = shape.upper();
     set.voxel_size = exported_voxel_size(shape);
-    set.pose = rigid.state[i].pose;
+    set.pose = shape_pose(rigid, i);
     set.is_static = !rigid.properties[i].moves();
     const auto same = std::find_if(distinct.begin(), distinct.end(), [&](int k) {
       return rigid.properties[static_cast<std::size_t>(k)].shape == shape;

@@ -164,6 +164,10 @@ void write_contact_loads(const scene::BuiltWorld& built, std::size_t rigid_count
   for (std::size_t i = 0; i < rigid_count && is_known; ++i) {
     out.rigid_force[i] = sums.linear[i] / seconds;
     out.rigid_torque[i] = sums.angular[i] / seconds;
+    const RigidBodies& rigid = built.world.bodies.rigid;
+    if (rigid.properties[i].shape_frame)
+      out.rigid_torque[i] +=
+          (rigid.state[i].pose.position - shape_pose(rigid, i).position).cross(out.rigid_force[i]);
   }
   out.force.clear();
   out.pressure.clear();

@@ -21,6 +21,8 @@ struct BodySurface {
 };
 
 /// Position and motion of a rigid body at a frame.
+///
+/// Of a bone that carries the mass of flesh, the center of mass and the axes are those of the bone alone.
 struct RigidMotion {
   Pose pose;                             ///< Center of mass (m) and principal axes, from body to world space.
   Vec3 velocity = Vec3::Zero();          ///< Velocity of the center of mass, m/s, world axes.
@@ -31,20 +33,20 @@ struct RigidMotion {
 /// impulses of its steps over its length. Friction is included.
 struct ContactLoads {
   std::vector<Vec3> rigid_force,  ///< N, on each rigid body, world axes.
-      rigid_torque;               ///< N m, on each rigid body about its center of mass, world axes.
+      rigid_torque;               ///< N m, on each rigid body about RigidMotion::pose, world axes.
   std::vector<Vec3f> force;       ///< N, on each vertex of the deformable surfaces, world axes.
   /// Pa, normal forces on each vertex of the deformable surfaces over its third of the triangles around it.
   std::vector<float> pressure;
 };
 
-/// The signed distance of a rigid body: a function in body space that a pose places in the world every frame.
-/// Writers sample it once, because only the pose changes.
+/// The signed distance of a rigid body: a function in shape space that a pose places in the world every
+/// frame. Writers sample it once, because only the pose changes.
 struct BodyLevelSet {
   std::string name;  ///< Name of the body in the scene.
-  /// Signed distance (m) of a body-space point; negative inside.
+  /// Signed distance (m) of a shape-space point; negative inside.
   std::function<double(const Vec3&)> distance;
-  Vec3 lower,                ///< Lower corner of the bounding box of the surface, m, body space.
-      upper;                 ///< Upper corner of it, m, body space.
+  Vec3 lower,                ///< Lower corner of the bounding box of the surface, m, shape space.
+      upper;                 ///< Upper corner of it, m, shape space.
   double voxel_size = 0.05;  ///< Edge of a voxel, m.
   Pose pose;                 ///< From body to world space at this frame.
   /// Index of an earlier body in the list with the same distance and voxels, whose samples can be reused.

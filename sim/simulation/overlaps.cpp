@@ -22,7 +22,7 @@ class Look {
  public:
   Look(const RigidBodies& rigid, const BodyBounds& bounds, int host, double spacing)
       : shape_(rigid.properties[as_index(host)].shape),
-        pose_(rigid.state[as_index(host)].pose),
+        pose_(shape_pose(rigid, as_index(host))),
         bounds_(bounds),
         spacing_(spacing) {}
 
@@ -60,7 +60,7 @@ class Look {
   }
 
   const LevelSet& shape_;
-  const Pose& pose_;
+  Pose pose_;  // of the shape of the host
   const BodyBounds& bounds_;
   double spacing_;
 };

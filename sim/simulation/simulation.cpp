@@ -195,7 +195,7 @@ struct Simulation::Impl {
       spring_inverse_rest.push_back(edge_matrix(tet, bodies.particles.x).inverse());
   }
 
-  // Returns the drawn surfaces of the rigid bodies, in body space.
+  // Returns the drawn surfaces of the rigid bodies, in shape space.
   std::vector<const Surface*> rigid_surfaces() const {
     std::vector<const Surface*> found;
     for (std::size_t i = 0; i < scene.rigid.size(); ++i) found.push_back(&built.shapes[i].surface.surface);
@@ -418,8 +418,9 @@ void Simulation::rest_surfaces(std::vector<BodySurface>& out) const {
 void Simulation::rigid_motion(std::vector<RigidMotion>& out) const {
   out.clear();
   for (std::size_t i = 0; i < impl_->scene.rigid.size(); ++i) {
-    const RigidState& state = impl_->world().bodies.rigid.state[i];
-    out.push_back({state.pose, state.velocity, state.angular_velocity});
+    const RigidBodies& rigid = impl_->world().bodies.rigid;
+    const RigidState& state = rigid.state[i];
+    out.push_back({shape_pose(rigid, i), shape_velocity(state, rigid.properties[i]), state.angular_velocity});
   }
 }
 

@@ -57,26 +57,6 @@ std::vector<LooseBone> loose_bones(const Bodies& bodies) {
   return loose;
 }
 
-// Returns the bones that hold much mass far from their center of mass, to which `attach` moves it.
-std::vector<OffCenterLoad> off_center_loads(const Bodies& bodies) {
-  constexpr double much = 0.05;  // least shift of the body's center of mass, relative to its size
-  std::vector<OffCenterLoad> found;
-  for (std::size_t bone = 0; bone < bodies.rigid.size(); ++bone) {
-    Vec3 moment = Vec3::Zero();  // kg m, in body space
-    double mass = 0;
-    for (const EmbeddedParticle& bound : bodies.bound) {
-      if (bound.body != bone || bound.at != bound.particle) continue;  // springs leave particles their mass
-      moment += bound.mass * bound.arm;
-      mass += bound.mass;
-    }
-    const RigidProperties& properties = bodies.rigid.properties[bone];
-    const double size = (properties.shape.upper() - properties.shape.lower()).maxCoeff();
-    if (moment.norm() > much * size * properties.mass)
-      found.push_back({bodies.rigid.name[bone], mass, moment.norm() / mass});
-  }
-  return found;
-}
-
 }  // namespace
 
 WorldSizes sizes_of(scene::BuiltWorld& built, const std::vector<InitialOverlap>& overlaps, double time) {
@@ -111,10 +91,7 @@ WorldSizes sizes_of(scene::BuiltWorld& built, const std::vector<InitialOverlap>&
   sizes.grids = grid_sizes(bodies.rigid);
   sizes.tet_meshes = built.tet_meshes;
   sizes.skins = built.skins;
-  if (!bodies.bound.empty()) {
-    sizes.loose_bones = loose_bones(bodies);
-    sizes.off_center_loads = off_center_loads(bodies);
-  }
+  if (!bodies.bound.empty()) sizes.loose_bones = loose_bones(bodies);
   sizes.particles = static_cast<int>(bodies.particles.size());
   sizes.tets = static_cast<int>(bodies.forces.elements.size());
   if (bodies.forces.rest_omega_squared() > 0) {

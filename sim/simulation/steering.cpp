@@ -132,7 +132,8 @@ void push_body(World& world, const std::string& name, const Vec3& force, const V
   if (is_rigid) {
     if (!bodies.rigid.properties[body].is_dynamic())
       refuse(fmt::format("`{}` takes no force: it is not dynamic", name));
-    const Vec3 arm = at ? Vec3(*at - bodies.rigid.state[body].pose.position) : Vec3::Zero();
+    const Vec3 arm =
+        at.value_or(shape_pose(bodies.rigid, body).position) - bodies.rigid.state[body].pose.position;
     return add_to_rigid(bodies, body, force, moment + arm.cross(force), world.applied);
   }
   if (!moment.isZero(0))
@@ -201,12 +202,20 @@ scene::Scene released(const scene::Scene& scene, const std::string& name, std::o
 
 namespace {
 
-// Carries the states of rigid bodies. A body whose inertia has changed keeps its angular velocity.
+// Carries the states of rigid bodies. A body whose inertia has changed, as that of a bone without its flesh,
+// goes on in the same rigid motion.
 void carry_rigid(const RigidBodies& from, RigidBodies& to) {
   for (std::size_t i = 0; i < to.size(); ++i) {
     const RigidProperties &before = from.properties[i], &after = to.properties[i];
     to.state[i] = from.state[i];
     if (before.mass == after.mass && before.inertia == after.inertia) continue;
+    if (before.shape_frame || after.shape_frame) {
+      const Pose shape = shape_pose(from, i), frame = after.shape_frame.value_or(Pose());
+      Pose& pose = to.state[i].pose;
+      pose.orientation = (shape.orientation * frame.orientation.conjugate()).normalized();
+      pose.position = shape.position - pose.orientation * frame.position;
+      to.state[i].velocity = point_velocity(from.state[i], pose.position - from.state[i].pose.position);
+    }
     update_orientation_dependents(to.state[i], after);
     set_angular_velocity(to.state[i], after, from.state[i].angular_velocity);
   }

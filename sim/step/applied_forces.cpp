@@ -37,9 +37,12 @@ void give(World& world, double dt) {
   follow_bodies(bodies.rigid, bodies.bound, particles);
 }
 
-// Returns the distance (m) of the farthest corner of the bounding box from the center of mass.
+// Returns a bound on the distance (m) of the farthest corner of the bounding box from the center of mass: it
+// is exact if shape space is body space.
 double reach(const RigidProperties& properties) {
-  return properties.shape.lower().cwiseAbs().cwiseMax(properties.shape.upper().cwiseAbs()).norm();
+  const double to_corner =
+      properties.shape.lower().cwiseAbs().cwiseMax(properties.shape.upper().cwiseAbs()).norm();
+  return properties.shape_frame ? to_corner + properties.shape_frame->position.norm() : to_corner;
 }
 
 }  // namespace

@@ -77,7 +77,7 @@ void bound_by_turn(const World& world, double time, TimeStepChoice& choice) {
       choice = {world.settings.max_rotation / rate, TimeStepBound::turn, static_cast<int>(body)};
   };
   for (std::size_t i = 0; i < rigid.size(); ++i)
-    if (rigid.properties[i].is_dynamic() && rigid.properties[i].shape.kind != LevelSet::Kind::sphere)
+    if (rigid.properties[i].is_dynamic() && !rigid.properties[i].is_ball())
       bound(i, rigid.state[i].angular_velocity.norm());  // free spheres turn without error
   for (const std::size_t body : world.context.joints.bodies())
     bound(body, rigid.state[body].angular_velocity.norm());
@@ -139,7 +139,7 @@ bool find_jointed_balls(const World& world, std::vector<char>& balls) {
   bool any = false;
   for (const std::size_t body : world.context.joints.bodies()) {
     const RigidProperties& properties = rigid.properties[body];
-    balls[body] = properties.shape.kind == LevelSet::Kind::sphere && properties.restitution > 0;
+    balls[body] = properties.is_ball() && properties.restitution > 0;
     any |= balls[body] != 0;
   }
   return any;
@@ -169,7 +169,7 @@ void look_ahead(const RigidBodies& rigid, double time, double seconds, std::vect
       velocities.extend(velocity);
       fastest_seen = std::max(fastest_seen, velocity.norm());
     }
-    const double arm = rigid.properties[kinematic.body].shape.kind == LevelSet::Kind::sphere ? 0 : body.arm;
+    const double arm = rigid.properties[kinematic.body].is_ball() ? 0 : body.arm;
     const double unseen = ahead.speed - fastest_seen + (ahead.spin - body.spin.norm()) * arm;
     body.velocity = velocities.center();
     body.velocity_half = velocities.sizes() / 2 + Vec3::Constant(std::max(unseen, 0.0));

@@ -129,11 +129,11 @@ double bar_error(const Measure& measure, const RunResult& result) {
 // Returns the mean square distance (m^2) of the six points at which a body's axes leave its box.
 double rigid_square(const RigidBodies& a, const RigidBodies& b, std::size_t i) {
   const Vec3 half = (a.properties[i].shape.upper() - a.properties[i].shape.lower()) / 2;
-  const Mat3 turn =
-      a.state[i].pose.orientation.toRotationMatrix() - b.state[i].pose.orientation.toRotationMatrix();
-  const double moved = (a.state[i].pose.position - b.state[i].pose.position).squaredNorm();
+  const Pose one = shape_pose(a, i), other = shape_pose(b, i);
+  const Mat3 turn = one.orientation.toRotationMatrix() - other.orientation.toRotationMatrix();
+  const double moved = (one.position - other.position).squaredNorm();
   // A rotation of a ball cannot be seen.
-  if (a.properties[i].shape.kind == LevelSet::Kind::sphere) return moved;
+  if (a.properties[i].is_ball()) return moved;
   return moved + (turn * half.asDiagonal()).squaredNorm() / 3;
 }
 

@@ -20,8 +20,9 @@ bool is_round_about_y(LevelSet::Kind kind) {
 BodyBounds bounds_of(const RigidState& state, const RigidProperties& properties) {
   const LevelSet& shape = properties.shape;
   BodyBounds bounds;
-  bounds.axes = state.pose.orientation.toRotationMatrix();
-  bounds.center = state.pose.position;
+  const Pose pose = shape_pose(properties, state.pose);
+  bounds.axes = pose.orientation.toRotationMatrix();
+  bounds.center = pose.position;
   bounds.velocity = state.velocity;
   bounds.thickness = shape.min_size();
   bounds.is_static = !properties.moves();
@@ -33,10 +34,13 @@ BodyBounds bounds_of(const RigidState& state, const RigidProperties& properties)
   const Vec3 middle = (shape.lower() + shape.upper()) / 2;
   bounds.half = ((shape.upper() - shape.lower()) / 2).array() - bounds.radius;
   bounds.center += bounds.axes * middle;
-  bounds.arm = middle.norm() + bounds.half.norm();
-  if (shape.kind == LevelSet::Kind::sphere) return bounds;  // no spin moves its surface
+  const double to_middle =
+      (properties.shape_frame ? properties.shape_frame->to_world(middle) : middle).norm();
+  bounds.arm = to_middle + bounds.half.norm();
+  if (properties.is_ball()) return bounds;  // no spin moves its surface
   bounds.spin = state.angular_velocity;
-  if (is_round_about_y(shape.kind)) bounds.spin -= bounds.spin.dot(bounds.axes.col(1)) * bounds.axes.col(1);
+  if (is_round_about_y(shape.kind) && !properties.shape_frame)
+    bounds.spin -= bounds.spin.dot(bounds.axes.col(1)) * bounds.axes.col(1);
   return bounds;
 }
 

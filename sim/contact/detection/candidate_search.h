@@ -14,10 +14,10 @@ namespace duet {
 struct NearPoint {
   FeatureId feature;      ///< The place on the guest.
   bool reversed = false;  ///< True if the guest of the pair of bodies is the host here.
-  /// m, in the host's body space: the guest's point. For the edge contacts, vertex-face and support-face
+  /// m, in the host's shape space: the guest's point. For the edge contacts, vertex-face and support-face
   /// contacts of deformable guests it is the foot of that point on the contact plane instead.
   Vec3 position = Vec3::Zero();
-  /// Unit, in the host's body space: outward normal of the host's surface that the point rests against. Zero
+  /// Unit, in the host's shape space: outward normal of the host's surface that the point rests against. Zero
   /// for surface points of deformable guests, whose normals are found later.
   Vec3 normal = Vec3::Zero();
   double gap = 0;  ///< m: signed distance of the point from the host; with the contact offset, if it has one.
@@ -31,8 +31,8 @@ struct NearPoint {
 struct ContactPatch {
   int number = -1;               ///< ContactPoint::patch of its points.
   bool reversed = false;         ///< NearPoint::reversed of its points.
-  Vec3 normal = Vec3::Zero();    ///< Unit, in the host's body space: outward normal of the host's face.
-  Vec3 foot = Vec3::Zero();      ///< m, in the host's body space: a point of the host's face.
+  Vec3 normal = Vec3::Zero();    ///< Unit, in the host's shape space: outward normal of the host's face.
+  Vec3 foot = Vec3::Zero();      ///< m, in the host's shape space: a point of the host's face.
   double area = 0;               ///< m^2: area of the convex hull.
   std::size_t first_corner = 0,  ///< Index of its first corner in ReductionScratch::hull_corners.
       corners = 0;               ///< Number of its corners.
@@ -59,7 +59,7 @@ struct ReductionScratch {
       places;                  ///< m, along the face: all points that carry `facet`, its corners first.
   std::vector<double> shares;  ///< Fractions of the load that the points of `places` carry.
   std::vector<ContactPatch> patches;  ///< Patches of the pair of bodies, found in either direction.
-  /// m, in the host's body space: corners of all `patches`, counter-clockwise about their normals.
+  /// m, in the host's shape space: corners of all `patches`, counter-clockwise about their normals.
   std::vector<Vec3> hull_corners;
 };
 

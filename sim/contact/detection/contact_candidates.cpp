@@ -167,10 +167,11 @@ class Finder {
                          chunk.touches.begin() + static_cast<std::ptrdiff_t>(faces),
                          [&](const NearPoint& face) { return face.feature == FeatureId::support(k, 0); });
     };
+    const Pose pose = shape_pose(bodies_.rigid, h);
     visit_near(bodies_.rigid, pair, margin, [&](NearPoint near, const Vec3& inside) {
       if (near.feature.is_support() && has_nearest_face(near.feature.index)) return;
       const ContactPlane plane =
-          exposed_plane(bodies_, pair.host, bodies_.rigid.state[h].pose, near.position, inside,
+          exposed_plane(bodies_, pair.host, pose, near.position, inside,
                         near.feature.is_support() ? PointKind::deepest : PointKind::fixed);
       // A support point over a hidden place has an infinite gap, but may come to be over the host within the
       // step.
@@ -213,7 +214,7 @@ class Finder {
                       bodies_.rigid.properties[as_index(pair.guest_rigid)].shape,
                       in_host_of(bodies_.rigid, pair), margin, chunk.touches, chunk.planes);
     for (std::size_t i = first; i < chunk.touches.size(); ++i) chunk.touches[i].reversed = is_reversed;
-    const Pose& pose = bodies_.rigid.state[h].pose;
+    const Pose pose = shape_pose(bodies_.rigid, h);
     const auto is_hidden = [&](const NearPoint& touch) {
       const EdgePoint& place = chunk.planes[as_index(touch.plane_index)].edge;
       return hidden_foot(bodies_, pair.host, pose.to_world(place.foot), pose.orientation * place.normal)

@@ -25,13 +25,13 @@ struct ContactPlane {
 bool faces(const Vec3& normal, const Vec3& way);
 
 /// Returns whether the plane with the unit normal `normal` ends at `foot`, a point of the surface of `shape`,
-/// seen in the direction `way` in which the other body lies from there (all in the body space of `shape`, m).
-/// That body slides over the end, as over the side of a rail that it lies on, up to a depth of 2e-4 of the
-/// length of `way`. For meshes the surface is that of the triangles.
+/// seen in the direction `way` in which the other body lies from there (all in the shape space of `shape`,
+/// m). That body slides over the end, as over the side of a rail that it lies on, up to a depth of 2e-4 of
+/// the length of `way`. For meshes the surface is that of the triangles.
 bool ends_at(const LevelSet& shape, const Vec3& foot, const Vec3& normal, const Vec3& way);
 
 /// Finds the plane of `shape` that a point at `x` rests against, where `inside` is a point of the same body
-/// some way in from `x` (both in m, in the body space of `shape`).
+/// some way in from `x` (both in m, in the shape space of `shape`).
 ///
 /// The nearest surface tells little about a point near an edge: a corner that stands 1 mm inside the rim of a
 /// table and 0.01 mm deep is nearest to the table's side, and would be pushed off. So the plane is that of

@@ -27,12 +27,12 @@ constexpr double turned = 1e-6;  // greatest sine of the angle between equal nor
 // Greatest component of a normal along the axis of a host that is touched on its side.
 constexpr double side_slope = 1e-3;
 
-// Returns the pose of the guest in the body space of the host.
+// Returns the pose of the guest in the shape space of the host.
 Pose in_space_of(const Pose& host, const Pose& guest) {
   return {host.to_body(guest.position), host.orientation.conjugate() * guest.orientation};
 }
 
-// Returns a rigid guest's sample or support point in the body space of the host.
+// Returns a rigid guest's sample or support point in the shape space of the host.
 ShapeSupportPoint in_space_of(const RigidProperties& host, const Pose& host_pose,
                               const RigidProperties& guest, const Pose& guest_pose,
                               const FeatureId& feature) {
@@ -131,7 +131,7 @@ Touch touch_of_face(const EdgePoint& lowest, const Pose& host_pose, const LevelS
   return {x, normal, normal.dot(x - host_pose.to_world(lowest.foot))};
 }
 
-// Returns the touch of a point at `x` (m, host's body space) against `plane`. Its gap is infinite if it is
+// Returns the touch of a point at `x` (m, host's shape space) against `plane`. Its gap is infinite if it is
 // beside an edge.
 Touch in_world(const Vec3& x, const ContactPlane& plane, const Pose& host_pose) {
   return {host_pose.to_world(x), host_pose.orientation * plane.normal,
@@ -148,7 +148,7 @@ Touch touch_of_continued(const Bodies& bodies, const Vec3& normal, const Vec3& f
   const Vec3 x = guest_pose.to_world(deepest.position);
   const double gap = normal.dot(x - foot);
   const LevelSet& shape = bodies.rigid.properties[as_index(other)].shape;
-  const double beside = shape.distance(bodies.rigid.state[as_index(other)].pose.to_body(x - gap * normal));
+  const double beside = shape.distance(shape_pose(bodies.rigid, as_index(other)).to_body(x - gap * normal));
   if (std::abs(beside) > near * size) return {x, normal, std::numeric_limits<double>::infinity()};
   return {x, normal, gap};
 }
@@ -168,7 +168,7 @@ int body_below_deepest(const Bodies& bodies, int host, const Touch& found, const
   const Vec3 below = x - found.normal.dot(x - foot) * found.normal;
   const auto above = [&](int body) {  // signed distance of `below` from the body, m
     return bodies.rigid.properties[as_index(body)].shape.distance(
-        bodies.rigid.state[as_index(body)].pose.to_body(below));
+        shape_pose(bodies.rigid, as_index(body)).to_body(below));
   };
   const double nothing = no_distance * bodies.rigid.properties[as_index(host)].shape.min_size();
   if (above(host) <= nothing) return -1;
@@ -330,10 +330,10 @@ void put_on_surface(const Bodies& bodies, ContactPoint& contact) {
 }
 
 Touch touch(const Bodies& bodies, const ContactPoint& contact) {
-  const Pose& pose = bodies.rigid.state[as_index(contact.host)].pose;
+  const Pose pose = shape_pose(bodies.rigid, as_index(contact.host));
   if (contact.is_rigid_pair())
     return touch(bodies, contact.host, pose, contact.guest_rigid,
-                 bodies.rigid.state[as_index(contact.guest_rigid)].pose, contact.feature, contact.edge);
+                 shape_pose(bodies.rigid, as_index(contact.guest_rigid)), contact.feature, contact.edge);
   return touch(bodies, contact, pose, weighted(surface_point(bodies, contact), bodies.particles.x));
 }
 
@@ -377,7 +377,7 @@ void move_on_face(const Bodies& bodies, const Vec3& x, SurfacePoint& point) {
 void follow_host(const Bodies& bodies, ContactPoint& contact) {
   if (contact.plane_frame.kind == PlaneFrame::Kind::host) return;
   SurfacePoint& point = contact.on_surface;
-  const Pose& pose = bodies.rigid.state[as_index(contact.host)].pose;
+  const Pose pose = shape_pose(bodies.rigid, as_index(contact.host));
   const Touch now = touch(bodies, contact, pose, weighted(point, bodies.particles.x));
   if (contact.plane_frame.kind == PlaneFrame::Kind::face) {
     move_on_face(bodies, now.foot, point);

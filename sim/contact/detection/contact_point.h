@@ -103,7 +103,8 @@ struct Pinch {
 struct ContactSet {
   std::vector<ContactPoint> points;  ///< Contact points, those of each pair next to each other.
   std::vector<ContactPair> pairs;    ///< Pairs of bodies that have contact points.
-  std::vector<Pose> predicted;       ///< Scratch of find_speculative_targets(): poses of the rigid bodies.
+  std::vector<Pose>
+      predicted;  ///< Scratch of find_speculative_targets(): poses of the shapes of rigid bodies.
   /// For every island: whether the contact cache holds none of its contacts, see warm_start().
   std::vector<char> is_cold;
   CandidateSearch search;           ///< Scratch of find_candidates().
@@ -179,21 +180,22 @@ struct Touch {
   Vec3 foot = Vec3::Zero();
 };
 
-/// Returns the touch of the place `feature` of a rigid guest, with the bodies at the given poses. `lowest` is
-/// ContactPoint::edge.
+/// Returns the touch of the place `feature` of a rigid guest, with the shapes of the bodies at the given
+/// poses, see shape_pose(). `lowest` is ContactPoint::edge.
 Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
             const Pose& guest_pose, const FeatureId& feature, const EdgePoint& lowest = {});
 /// Returns the touch of the place `feature` of the rigid body `guest` with the rigid body `host` and the
-/// static bodies that adjoin it, with both at the given poses. `lowest` is ContactPoint::edge.
+/// static bodies that adjoin it, with the shapes of both at the given poses. `lowest` is ContactPoint::edge.
 Touch touch(const Bodies& bodies, int host, const Pose& host_pose, int guest, const Pose& guest_pose,
             const FeatureId& feature, const EdgePoint& lowest);
-/// Returns the touch of a contact with a deformable guest, with its point at `x` (m) and the host at
+/// Returns the touch of a contact with a deformable guest, with its point at `x` (m) and the host's shape at
 /// `host_pose`.
 Touch touch(const Bodies& bodies, const ContactPoint& contact, const Pose& host_pose, const Vec3& x);
 /// Returns the touch of a contact at the present positions.
 Touch touch(const Bodies& bodies, const ContactPoint& contact);
-/// Returns the touch of a contact with all rigid bodies at the poses `predicted`, and all particles moved for
-/// `dt` (s) with their present velocities. The point of a deformable guest is moved on by `shift` (m).
+/// Returns the touch of a contact with the shapes of all rigid bodies at the poses `predicted`, and all
+/// particles moved for `dt` (s) with their present velocities. The point of a deformable guest is moved on by
+/// `shift` (m).
 Touch predicted_touch(const Bodies& bodies, const std::vector<Pose>& predicted, double dt,
                       const ContactPoint& contact, const Vec3& shift);
 /// Recomputes normal, arms, gap and response of a contact from the present positions. Moves contacts in faces

@@ -34,7 +34,7 @@ void add_to_patches(double size, std::size_t begin, std::vector<NearPoint>& touc
 /// found in both directions. Points of one body that lie beneath a patch of the other are dropped, because
 /// the corners of the patch carry all that they could; points beside it become points of the patch. Of two
 /// patches that lie on each other the wider one counts. `size` (m) is that of both bodies together,
-/// `guest_in_host` the pose of the pair's guest in the body space of its host.
+/// `guest_in_host` the pose of the pair's guest in the shape space of its host.
 void join_patches(double size, const Pose& guest_in_host, std::size_t begin, std::vector<NearPoint>& touches,
                   ReductionScratch& scratch);
 

@@ -47,7 +47,7 @@ constexpr double end_precision = 1e-9;
 class Distances {
  public:
   explicit Distances(const LevelSet& host) : host_(host) {}
-  // Returns the signed distance of `x` (m, host's body space), m.
+  // Returns the signed distance of `x` (m, host's shape space), m.
   double at(const Vec3& x) {
     distance_ = host_.exact_distance(x, std::abs(distance_) + (x - last_).norm());
     last_ = x;
@@ -56,17 +56,17 @@ class Distances {
 
  private:
   const LevelSet& host_;
-  Vec3 last_ = Vec3::Zero();  // m, host's body space: the last place
+  Vec3 last_ = Vec3::Zero();  // m, host's shape space: the last place
   double distance_ = far;     // m: its distance; infinite before the first one
 };
 
-// A plane in the host's body space.
+// A plane in the host's shape space.
 struct Plane {
   Vec3 normal = Vec3::Zero();  // unit
   double height = 0;           // m: signed distance of the plane from the origin along the normal
 };
 
-// Returns the plane at which a line touches the host between `x1` and `x2` (m, host's body space), one just
+// Returns the plane at which a line touches the host between `x1` and `x2` (m, host's shape space), one just
 // before the place and one just after it.
 //
 // The distances at the two points are those from two tangent planes of the host. For a host with flat faces
@@ -150,7 +150,7 @@ class Walk {
   }
 
  private:
-  // Returns the position of node `i` of the line, which goes round on closed lines, m, guest's body space.
+  // Returns the position of node `i` of the line, which goes round on closed lines, m, guest's shape space.
   const Vec3& node(int i) const {
     const int count = line_.end - line_.begin;
     return feature_edges_.nodes[as_index(line_.begin + (i + count) % count)];
@@ -163,7 +163,7 @@ class Walk {
     return out > line_.radius + line_.longest + host_.tolerance() ? out + margin_ : host_.distance(x);
   }
 
-  // Returns the place at `t` from -1, the node before `i`, to 1, the node after it, m, guest's body space.
+  // Returns the place at `t` from -1, the node before `i`, to 1, the node after it, m, guest's shape space.
   Vec3 place(int i, double t) const {
     return t < 0 ? place_between(line_, node(i), node(i - 1), -t)
                  : place_between(line_, node(i), node(i + 1), t);
@@ -217,7 +217,7 @@ class Walk {
     return line_.radius - distance <= std::min(at, length - at);
   }
 
-  // Returns the place `s` nodes along the line, m, guest's body space. Nodes of closed lines go round.
+  // Returns the place `s` nodes along the line, m, guest's shape space. Nodes of closed lines go round.
   Vec3 place_at(double s) const {
     const double i = std::floor(s);
     return place(static_cast<int>(i), s - i);
@@ -323,7 +323,7 @@ class Walk {
   int next_ = 0;  // the first node past a face whose ends have been found
 };
 
-// Returns the contact of a deformable body's edge from `first` to `second` (m, host's body space) at the
+// Returns the contact of a deformable body's edge from `first` to `second` (m, host's shape space) at the
 // place `at`, counted in parts from the first end, whose distance from the host is `least` (m).
 std::optional<EdgeContact> place_on_edge(const Vec3& first, const Vec3& second, int parts, double at,
                                          double least, const LevelSet& host) {
@@ -366,7 +366,7 @@ std::optional<EdgeContact> nearest_place_on_edge(const Vec3& first, const Vec3& 
   return found;
 }
 
-// Returns whether an edge (m, host's body space) is at an angle of 60 degrees or more to the axis of a
+// Returns whether an edge (m, host's shape space) is at an angle of 60 degrees or more to the axis of a
 // cylinder, which is the y axis. It then touches the side at one place.
 bool crosses_axis(const Vec3& first, const Vec3& second) {
   const Vec3 edge = second - first;

@@ -15,11 +15,11 @@ namespace duet {
 /// A place on a guest, and the plane at which it touches the host there. For edges that cross, both lie in
 /// the plane.
 struct EdgePoint {
-  Vec3 place = Vec3::Zero();  ///< m: in the body space of a rigid guest; in the host's for a deformable one.
-  /// Unit, in the host's body space: outward normal of the host. Zero if there is no plane.
+  Vec3 place = Vec3::Zero();  ///< m: in the shape space of a rigid guest; in the host's for a deformable one.
+  /// Unit, in the host's shape space: outward normal of the host. Zero if there is no plane.
   Vec3 normal = Vec3::Zero();
-  /// m, in the host's body space: a point of the plane. In contacts with faces of deformable guests it is the
-  /// point of the host that touches.
+  /// m, in the host's shape space: a point of the plane. In contacts with faces of deformable guests it is
+  /// the point of the host that touches.
   Vec3 foot = Vec3::Zero();
   double radius = 0;  ///< m: of the ball about `place` whose surface touches; 0 on edges.
   /// Barycentric weights (1) of the particles of a deformable guest's edge (the first two) or face. A ring
@@ -69,8 +69,8 @@ bool can_touch_with_feature_edges(const LevelSet& guest, const LevelSet& host, b
 /// are support points. For an edge or a ring, the places are found where it passes the end of a face that it
 /// lies along. For edges that happens only `with_edges_on_faces`: edges of the other body that are searched
 /// as well show the same places where they cross. On a ball, capsule or torus as host, the center line of a
-/// torus has ring contacts instead, see find_ring_contacts(). `pose` is that of the guest in the host's body
-/// space, and everything outside of the box `near` (m, host's body space) is farther from the host than the
+/// torus has ring contacts instead, see find_ring_contacts(). `pose` is that of the guest in the host's shape
+/// space, and everything outside of the box `near` (m, host's shape space) is farther from the host than the
 /// margin.
 void find_edge_contacts(const FeatureEdges& feature_edges, const Pose& pose, const LevelSet& host,
                         const Eigen::AlignedBox3d& near, double margin, std::vector<EdgeContact>& found,
@@ -81,7 +81,7 @@ void find_edge_contacts(const FeatureEdges& feature_edges, const Pose& pose, con
 bool can_touch_soft_edges(const LevelSet& host, const FeatureEdges& feature_edges);
 
 /// Finds the edge contact of a deformable body's straight edge from `first` to `second` (m, in the host's
-/// body space) with `host`. For a round host it is the place nearest to it; for others, the lowest of the
+/// shape space) with `host`. For a round host it is the place nearest to it; for others, the lowest of the
 /// places at which the edge crosses an edge of the host. Returns nothing if there is no such place less than
 /// `margin` (m) away. The surface points of the edge divide it into `parts` equal parts, at least 2, which
 /// the search looks at. `distance` is scratch whose storage is kept.

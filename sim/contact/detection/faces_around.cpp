@@ -26,7 +26,7 @@ constexpr int planes_of_sample = 4;  // most planes that one sample touches
 // surface counts, relative to the distance from the support point to ShapeSupportPoint::inside.
 constexpr double same_point = 0.002;
 
-// Returns whether the foot of the perpendicular from `x` (m, host's body space) on the face's plane lies in
+// Returns whether the foot of the perpendicular from `x` (m, host's shape space) on the face's plane lies in
 // the face, or beyond edges from a to b for which is_open(a, b) says that the plane goes on.
 template <class IsOpen>
 bool is_opposite(const MeshDistance::Face& face, const Vec3& x, IsOpen&& is_open) {

@@ -8,7 +8,7 @@
 namespace duet {
 
 /// Appends contacts of the support points of `guest` with several faces of its host. Does nothing unless
-/// `host` is a mesh. `in_host` is the pose of the guest in the host's body space.
+/// `host` is a mesh. `in_host` is the pose of the guest in the host's shape space.
 ///
 /// A support point touches each plane of the host that turns by more than 5 degrees from the nearest surface,
 /// if it is less than `margin` (m) above a face in that plane, opposite that face, and not at the end of it
@@ -22,7 +22,7 @@ void find_faces_around(const LevelSet& host, const LevelSet& guest, const Pose& 
 
 /// Appends contacts of a sample of `guest` with the faces of a sharp concave crease of its host. Does nothing
 /// unless `host` is a mesh whose crease is near the sample. `in_host` is the pose of the guest in the host's
-/// body space.
+/// shape space.
 ///
 /// `touches[touch]` is the touch of the sample. If faces rise from its plane less than `margin` (m) away, it
 /// is replaced by one with that plane, and one touch is appended for each of these faces; their planes are

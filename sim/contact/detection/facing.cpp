@@ -29,7 +29,7 @@ constexpr double min_flat_distance = 0.98;
 // displacement from the point to the middle of the face.
 constexpr double farther_in = 1e-3;
 
-// Returns whether the surface of the host is sharp where it is nearest to `x` (m, in the host's body space),
+// Returns whether the surface of the host is sharp where it is nearest to `x` (m, in the host's shape space),
 // a point outside of it.
 bool is_nearest_to_edge(const LevelSet& shape, const Vec3& x) {
   const double below = below_edge * shape.min_size();

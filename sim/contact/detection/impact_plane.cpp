@@ -69,8 +69,13 @@ class Path {
            point_velocity(state(contact.host), contact.host_arm);
   }
 
-  // Returns the pose of a body after the fraction `s` of the step.
+  // Returns the pose of the shape of a body after the fraction `s` of the step.
   Pose pose(int body, double s) const {
+    return shape_pose(bodies_.rigid.properties[as_index(body)], body_pose(body, s));
+  }
+
+  // Returns the center of mass and principal axes of a body after the fraction `s` of the step.
+  Pose body_pose(int body, double s) const {
     const auto b = as_index(body);
     return bodies_.rigid.properties[b].moves() ? evolved_pose(state(body), s * dt_, orientation_)
                                                : bodies_.rigid.state[b].pose;
@@ -155,18 +160,22 @@ void put_on_edge(const Bodies& bodies, const Path& path, const Meeting& meeting,
 // step (s).
 void put_at_point(const Bodies& bodies, const Path& path, const Meeting& meeting, double dt, double depth,
                   ContactPoint& contact) {
-  const Pose pose = path.pose(contact.guest_rigid, meeting.time);
+  const Pose pose = path.body_pose(contact.guest_rigid, meeting.time);
   const RigidState &h = bodies.rigid.state[as_index(contact.host)],
                    &g = bodies.rigid.state[as_index(contact.guest_rigid)];
   contact.normal = meeting.touch.normal;
-  // Samples turn with their body. The place at which a round body touches does not.
+  // Samples turn with their body. The place at which a round body touches does not, about the origin of its
+  // shape.
   contact.guest_arm = contact.is_sample() ? Vec3(g.pose.orientation * pose.to_body(meeting.touch.position))
                                           : Vec3(meeting.touch.position - pose.position);
+  if (const auto& frame = bodies.rigid.properties[as_index(contact.guest_rigid)].shape_frame;
+      frame && !contact.is_sample())
+    contact.guest_arm += g.pose.orientation * frame->position - pose.orientation * frame->position;
   // Both arms lead to one place, which keeps angular momentum. A guest that does not move takes none, so that
   // the arm is that at the meeting.
   contact.host_arm = bodies.rigid.properties[as_index(contact.guest_rigid)].is_dynamic()
                          ? Vec3(g.pose.position + contact.guest_arm - h.pose.position)
-                         : Vec3(meeting.touch.position - path.pose(contact.host, meeting.time).position);
+                         : Vec3(meeting.touch.position - path.body_pose(contact.host, meeting.time).position);
   contact.gap = std::max(meeting.touch.gap, 0.0) -
                 meeting.time * dt * contact.normal.dot(path.relative_velocity(contact));
   contact.meets_ahead = true;
@@ -220,7 +229,7 @@ bool is_linked(const Bodies& bodies, int body) {
 bool are_moving_balls(const Bodies& bodies, const ContactPoint& contact) {
   const auto is_one = [&](int body) {
     const RigidProperties& properties = bodies.rigid.properties[as_index(body)];
-    return properties.is_dynamic() && properties.shape.kind == LevelSet::Kind::sphere;
+    return properties.is_dynamic() && properties.is_ball();
   };
   return is_one(contact.host) && is_one(contact.guest_rigid);
 }
@@ -265,7 +274,7 @@ std::optional<Meeting> meeting_of(const Bodies& bodies, const Path& path, double
 Vec3 way_into_guest(const Bodies& bodies, const ContactPoint& contact) {
   constexpr double way = 0.25;  // relative to the guest's smallest size
   const RigidProperties& guest = bodies.rigid.properties[as_index(contact.guest_rigid)];
-  const Quat& turn = bodies.rigid.state[as_index(contact.guest_rigid)].pose.orientation;
+  const Quat turn = shape_pose(bodies.rigid, as_index(contact.guest_rigid)).orientation;
   const auto node = as_index(contact.feature.index);
   const std::vector<Vec3>& inward = guest.feature_edges.inward;
   if (contact.feature.kind != FeatureId::Kind::edge || node >= inward.size()) return Vec3::Zero();
@@ -275,7 +284,7 @@ Vec3 way_into_guest(const Bodies& bodies, const ContactPoint& contact) {
 // Returns whether the plane of an edge contact ends where the guest's edge is level with its end, so that the
 // guest slides over that end.
 bool slides_over_end(const Bodies& bodies, const ContactPoint& contact) {
-  const Quat& turn = bodies.rigid.state[as_index(contact.host)].pose.orientation;
+  const Quat turn = shape_pose(bodies.rigid, as_index(contact.host)).orientation;
   return ends_at(bodies.rigid.properties[as_index(contact.host)].shape, contact.edge.foot,
                  contact.edge.normal, turn.conjugate() * way_into_guest(bodies, contact));
 }
@@ -339,11 +348,13 @@ void find_impact_planes(const Bodies& bodies, const VelocityState& velocity, dou
 }
 
 Touch touch_ahead(const Bodies& bodies, const ContactPoint& contact, double dt, const Vec3& change) {
-  const RigidState& guest = bodies.rigid.state[as_index(contact.guest_rigid)];
+  const auto g = as_index(contact.guest_rigid);
+  const RigidState& guest = bodies.rigid.state[g];
   const Vec3 velocity = relative_velocity(bodies, contact) + change;
   const Vec3 x = guest.pose.position + contact.guest_arm;
   // The place at which a round body touches does not turn with it.
-  const Vec3 way = dt * (contact.is_sample() ? point_velocity(guest, contact.guest_arm) : guest.velocity);
+  const Vec3 way = dt * (contact.is_sample() ? point_velocity(guest, contact.guest_arm)
+                                             : shape_velocity(guest, bodies.rigid.properties[g]));
   return {x + guest.delay + way, contact.normal,
           delayed_gap(bodies, contact) + dt * contact.normal.dot(velocity)};
 }

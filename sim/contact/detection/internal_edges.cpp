@@ -46,13 +46,13 @@ struct NearestBody {
 // Returns the signed distance of `x` (m, world) from a rigid body, m.
 double distance_to(const RigidBodies& rigid, int body, const Vec3& x) {
   const auto b = as_index(body);
-  return rigid.properties[b].shape.distance(rigid.state[b].pose.to_body(x));
+  return rigid.properties[b].shape.distance(shape_pose(rigid, b).to_body(x));
 }
 
 // Returns the normal (unit, world) of a rigid body's surface nearest to `x` (m, world).
 Vec3 normal_of(const RigidBodies& rigid, int body, const Vec3& x) {
   const auto b = as_index(body);
-  const Pose& pose = rigid.state[b].pose;
+  const Pose pose = shape_pose(rigid, b);
   return pose.orientation * rigid.properties[b].shape.normal(pose.to_body(x));
 }
 
@@ -120,7 +120,7 @@ std::vector<char> exposed_nodes(const Bodies& bodies, int body, Stays&& stays) {
   const double near = left_within * properties.shape.min_size();
   std::vector<char> result;
   for (std::size_t i = 0; i < radius.size(); ++i) {
-    const Vec3 x = bodies.rigid.state[as_index(body)].pose.to_world(feature_edges.nodes[i]);
+    const Vec3 x = shape_pose(bodies.rigid, as_index(body)).to_world(feature_edges.nodes[i]);
     const auto others = bodies.adjoining.of(body);
     const auto contains = [&](int other) { return distance_to(bodies.rigid, other, x) <= near - radius[i]; };
     result.push_back(radius[i] > 0 ? std::none_of(others.begin(), others.end(), contains) : stays(x));
@@ -152,7 +152,7 @@ void remove_hidden_samples(Bodies& bodies) {
   for (std::size_t b = 0; b < bodies.rigid.size(); ++b) {
     const int body = static_cast<int>(b);
     RigidProperties& properties = bodies.rigid.properties[b];
-    const Pose& pose = bodies.rigid.state[b].pose;
+    const Pose pose = shape_pose(bodies.rigid, b);
     const double near = left_within * properties.shape.min_size();
     // A node or sample stays if no other body adjoins it, or if most of a small ball about it is outside of
     // all bodies, as at a convex edge. About a point of a face half of the ball is.
@@ -218,7 +218,7 @@ double united_distance(const Bodies& bodies, int body, const Pose& pose, const V
   if (bodies.adjoining.first.empty()) return distance;
   for (const int other : bodies.adjoining.of(body)) {
     const auto b = as_index(other);
-    const Vec3 there = bodies.rigid.state[b].pose.to_body(x);
+    const Vec3 there = shape_pose(bodies.rigid, b).to_body(x);
     distance = std::min(distance, bodies.rigid.properties[b].shape.exact(there).distance);
   }
   return distance;

@@ -68,7 +68,7 @@ enum class PointKind {
 /// Finds the plane that contact_plane() finds for `host` at `pose`, but no plane that an adjoining body
 /// hides.
 ///
-/// `x` and `inside` are as in contact_plane(), and the result is in the body space of the host. If a support
+/// `x` and `inside` are as in contact_plane(), and the result is in the shape space of the host. If a support
 /// point is above a hidden place from which the surface of the adjoining body goes on, the plane is that
 /// surface's, through the hidden place, with an infinite gap and ContactPlane::continued_by set: the support
 /// point towards the hidden edge is not the one towards that plane.

@@ -86,7 +86,7 @@ class Lines {
     }
     const ShapeSupportPoint deepest = support_point(guest_, k, in_host_, host_);
     const ContactPlane plane =
-        exposed_plane(bodies_, pair_.host, bodies_.rigid.state[as_index(pair_.host)].pose, deepest.position,
+        exposed_plane(bodies_, pair_.host, shape_pose(bodies_.rigid, as_index(pair_.host)), deepest.position,
                       deepest.inside, PointKind::deepest);
     const bool is_same =
         plane.faces && std::isfinite(plane.gap) && (plane.normal - touch.normal).norm() <= flatness;

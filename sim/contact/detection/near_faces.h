@@ -9,7 +9,7 @@
 
 namespace duet {
 
-/// A face of a deformable body, in the body space of a rigid one.
+/// A face of a deformable body, in the shape space of a rigid one.
 struct NearFace {
   int number = 0;           ///< Index of the face in Bodies::triangles.
   std::array<Vec3, 3> x;    ///< m: its corners.
@@ -43,10 +43,10 @@ template <class Visit>
 void visit_near_faces(const Bodies& bodies, const DeformableBody& guest, int host,
                       const Eigen::AlignedBox3d& near, double margin, Visit&& visit) {
   const std::vector<Vec3>& x = bodies.particles.x;
-  const Pose& pose = bodies.rigid.state[as_index(host)].pose;
+  const Pose pose = shape_pose(bodies.rigid, as_index(host));
   const LevelSet& shape = bodies.rigid.properties[as_index(host)].shape;
   const Eigen::AlignedBox3d bounds(shape.lower(), shape.upper());
-  const Mat3 to_body = pose.orientation.toRotationMatrix().transpose();
+  const Mat3 to_shape = pose.orientation.toRotationMatrix().transpose();
   for (int t = guest.first_triangle; t < guest.first_triangle + guest.triangle_count; ++t) {
     const Triangle& triangle = bodies.triangles[as_index(t)];
     const Vec3 &a = x[as_index(triangle[0])], &b = x[as_index(triangle[1])], &c = x[as_index(triangle[2])];
@@ -54,7 +54,7 @@ void visit_near_faces(const Bodies& bodies, const DeformableBody& guest, int hos
     if (!touches_by_itself(bodies.particles, triangle)) continue;
     NearFace face;
     face.number = t;
-    for (std::size_t i = 0; i < 3; ++i) face.x[i] = to_body * (x[as_index(triangle[i])] - pose.position);
+    for (std::size_t i = 0; i < 3; ++i) face.x[i] = to_shape * (x[as_index(triangle[i])] - pose.position);
     face.box = Eigen::AlignedBox3d(face.x[0]).extend(face.x[1]).extend(face.x[2]);
     face.size = face.box.diagonal().norm();
     // A place of the face that touches is nearer to the host than the margin or inside of the host, and no

@@ -23,8 +23,8 @@ bool is_told_by_axis(const EdgeContact& near, const LevelSet& host, const LevelS
 }  // namespace
 
 Pose in_host_of(const RigidBodies& rigid, const BodyPair& pair) {
-  const Pose& host = rigid.state[as_index(pair.host)].pose;
-  const Pose& guest = rigid.state[as_index(pair.guest_rigid)].pose;
+  const Pose host = shape_pose(rigid, as_index(pair.host)),
+             guest = shape_pose(rigid, as_index(pair.guest_rigid));
   return {host.to_body(guest.position), host.orientation.conjugate() * guest.orientation};
 }
 
@@ -41,7 +41,8 @@ void find_feature_edges(const Bodies& bodies, const BodyPair& pair, bool is_reve
     return;
   const Pose in_host = in_host_of(rigid, pair);
   if (is_ball_on_ring && !is_in_middle(in_host.position, body.shape)) return;
-  const PosedHost host(rigid.state[h], body, margin);
+  const Pose pose = shape_pose(rigid, h);
+  const PosedHost host(pose, body, margin);
   const auto first = static_cast<std::ptrdiff_t>(found.size());
   if (is_ball_on_ring)
     find_ring_contacts_of_ball(body.feature_edges, in_host, guest.shape, margin, found);
@@ -50,8 +51,7 @@ void find_feature_edges(const Bodies& bodies, const BodyPair& pair, bool is_reve
                        !is_reversed || body.feature_edges.lines.empty());
   const auto counts = [&](const EdgeContact& near) {
     return !is_told_by_axis(near, host.shape, guest.shape, is_reversed) &&
-           !is_at_internal_edge(bodies, pair.host, rigid.state[h].pose.to_world(near.edge.foot),
-                                near.precision);
+           !is_at_internal_edge(bodies, pair.host, pose.to_world(near.edge.foot), near.precision);
   };
   found.erase(std::remove_if(found.begin() + first, found.end(), std::not_fn(counts)), found.end());
 }

@@ -18,7 +18,7 @@ namespace duet {
 /// Returns a pair of rigid bodies with the roles of host and guest swapped.
 inline BodyPair reversed(const BodyPair& pair) { return {pair.guest_rigid, pair.host, -1}; }
 
-/// Returns the pose of the pair's rigid guest in the body space of its host.
+/// Returns the pose of the shape of the pair's rigid guest in the shape space of its host.
 Pose in_host_of(const RigidBodies& rigid, const BodyPair& pair);
 
 /// Appends the edge contacts of the pair's rigid guest with its host whose distance is less than `margin`
@@ -39,23 +39,23 @@ void place_points(const Bodies& bodies, const std::vector<BodyPair>& pairs, Cand
 /// A rigid body's level set at its present pose, with the rotation as a matrix, for loops that query it for
 /// many points.
 struct PosedHost {
-  const LevelSet& shape;  ///< The level set, in body space.
-  Mat3 to_body;           ///< Rotation from the world to body space.
-  Vec3 center;            ///< m, world: origin of body space.
-  Vec3 lower,             ///< m, body space: lower corner of a box; points outside are beyond the margin.
-      upper;              ///< m, body space: upper corner of that box.
+  const LevelSet& shape;  ///< The level set, in shape space.
+  Mat3 to_shape;          ///< Rotation from the world to shape space.
+  Vec3 center;            ///< m, world: origin of shape space.
+  Vec3 lower,             ///< m, shape space: lower corner of a box; points outside are beyond the margin.
+      upper;              ///< m, shape space: upper corner of that box.
 
-  /// Poses the level set of a body, and grows its box by `margin` (m).
-  PosedHost(const RigidState& state, const RigidProperties& properties, double margin)
+  /// Poses the level set of a body, whose shape is at `pose`, and grows its box by `margin` (m).
+  PosedHost(const Pose& pose, const RigidProperties& properties, double margin)
       : shape(properties.shape),
-        to_body(state.pose.orientation.toRotationMatrix().transpose()),
-        center(state.pose.position),
+        to_shape(pose.orientation.toRotationMatrix().transpose()),
+        center(pose.position),
         lower(shape.lower().array() - margin),
         upper(shape.upper().array() + margin) {
     if (shape.kind == LevelSet::Kind::half_space) upper.y() = margin;
   }
-  /// Returns the box around all points nearer than the margin in a guest's body space. `rotation` and
-  /// `offset` (m) take that to the host's body space: y = rotation x + offset. The box is infinite for half
+  /// Returns the box around all points nearer than the margin in a guest's shape space. `rotation` and
+  /// `offset` (m) take that to the host's shape space: y = rotation x + offset. The box is infinite for half
   /// spaces.
   Eigen::AlignedBox3d region(const Mat3& rotation, const Vec3& offset) const {
     if (shape.kind == LevelSet::Kind::half_space) {
@@ -68,7 +68,7 @@ struct PosedHost {
   }
   /// Returns the box between `lower` and `upper`, m.
   Eigen::AlignedBox3d box() const { return {lower, upper}; }
-  /// Returns whether `y` (m, body space) lies in that box.
+  /// Returns whether `y` (m, shape space) lies in that box.
   bool is_near(const Vec3& y) const {
     return (y.array() >= lower.array()).all() && (y.array() <= upper.array()).all();
   }
@@ -76,13 +76,13 @@ struct PosedHost {
 
 /// Calls visit(near, inside) for the support points and the samples of the pair's rigid guest whose distance
 /// from the host is less than `margin` (m). `near` is a NearPoint with number, position and gap; `inside` (m,
-/// host's body space) is a point of the guest some way in from it.
+/// host's shape space) is a point of the guest some way in from it.
 template <class Visit>
 void visit_near(const RigidBodies& rigid, const BodyPair& pair, double margin, Visit&& visit) {
-  const PosedHost host(rigid.state[as_index(pair.host)], rigid.properties[as_index(pair.host)], margin);
-  const Pose& pose = rigid.state[as_index(pair.guest_rigid)].pose;
+  const PosedHost host(shape_pose(rigid, as_index(pair.host)), rigid.properties[as_index(pair.host)], margin);
+  const Pose pose = shape_pose(rigid, as_index(pair.guest_rigid));
   const RigidProperties& guest = rigid.properties[as_index(pair.guest_rigid)];
-  const Vec3 offset = host.to_body * (pose.position - host.center);
+  const Vec3 offset = host.to_shape * (pose.position - host.center);
   const Pose in_host = in_host_of(rigid, pair);
   const bool are_left_out =
       is_told_by_ball(host.shape, guest.shape) || is_told_by_ring(guest.shape, in_host, host.shape);
@@ -96,7 +96,7 @@ void visit_near(const RigidBodies& rigid, const BodyPair& pair, double margin, V
   }
   if (ignores_samples(host.shape, guest.shape)) return;
   const bool rolls = rolls_over_samples(host.shape);
-  const Mat3 rotation = host.to_body * pose.orientation.toRotationMatrix();
+  const Mat3 rotation = host.to_shape * pose.orientation.toRotationMatrix();
   const Eigen::AlignedBox3d region = host.region(rotation, offset);
   for (std::size_t i = 0; i < guest.samples.size(); ++i) {
     if (!region.contains(guest.samples[i]) || (rolls && guest.on_flat[i] != 0)) continue;
@@ -116,7 +116,7 @@ template <class Visit>
 void visit_near(const Bodies& bodies, const CandidateSearch& search, const BodyPair& pair, double margin,
                 Visit&& visit) {
   const auto h = as_index(pair.host);
-  const PosedHost host(bodies.rigid.state[h], bodies.rigid.properties[h], margin);
+  const PosedHost host(shape_pose(bodies.rigid, h), bodies.rigid.properties[h], margin);
   const BodyBounds& bounds = search.broad_phase.bounds[h];
   const Eigen::AlignedBox3d box = bounds.is_half_space ? Eigen::AlignedBox3d() : world_box(bounds, margin);
   const auto misses = [&](const Eigen::AlignedBox3d& block) {
@@ -130,7 +130,7 @@ void visit_near(const Bodies& bodies, const CandidateSearch& search, const BodyP
     const CandidateSearch::Block& block = search.blocks[b];
     if (misses(block.box)) continue;
     for (int i = block.begin; i < block.end; ++i) {
-      const Vec3 y = host.to_body * (search.point[as_index(i)] - host.center);
+      const Vec3 y = host.to_shape * (search.point[as_index(i)] - host.center);
       if (!host.is_near(y)) continue;
       const double gap = host.shape.distance(y);
       if (gap < margin) visit(NearPoint{.feature = FeatureId::point(i), .position = y, .gap = gap});
@@ -150,7 +150,8 @@ void visit_edges(const Bodies& bodies, const BodyBounds& bounds, const BodyPair&
   const RigidProperties& properties = bodies.rigid.properties[h];
   const DeformableBody& body = bodies.deformable[as_index(pair.guest_deformable)];
   if (body.edge_count == 0 || !can_touch_soft_edges(properties.shape, properties.feature_edges)) return;
-  const PosedHost host(bodies.rigid.state[h], properties, margin);
+  const Pose pose = shape_pose(bodies.rigid, h);
+  const PosedHost host(pose, properties, margin);
   const Eigen::AlignedBox3d box = world_box(bounds, margin);
   const auto hull = [](const Vec3& a, const Vec3& b) {
     return Eigen::AlignedBox3d(a.cwiseMin(b), a.cwiseMax(b));
@@ -160,14 +161,13 @@ void visit_edges(const Bodies& bodies, const BodyBounds& bounds, const BodyPair&
     const BoundaryEdge& edge = bodies.edges[as_index(e)];
     const Vec3 &a = x[as_index(edge.particle[0])], &b = x[as_index(edge.particle[1])];
     if (!box.intersects(hull(a, b))) continue;
-    const Vec3 first = host.to_body * (a - host.center), second = host.to_body * (b - host.center);
+    const Vec3 first = host.to_shape * (a - host.center), second = host.to_shape * (b - host.center);
     if (!host.box().intersects(hull(first, second))) continue;
     if (!is_coarse_for(properties.shape, (second - first).norm() / body.parts_per_edge)) continue;
     std::optional<EdgeContact> near = edge_contact_on(first, second, body.parts_per_edge, host.shape,
                                                       std::min(margin, margin_of(edge)), scratch);
     if (!near) continue;
     near->feature = FeatureId::edge(e);
-    const Pose& pose = bodies.rigid.state[h].pose;
     SurfacePoint point;
     point.count = 2;
     std::copy(edge.particle.begin(), edge.particle.end(), point.particle.begin());

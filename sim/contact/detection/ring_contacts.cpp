@@ -32,7 +32,7 @@ constexpr std::size_t arc_pieces = 4;
 // Most steps towards a minimum. The secant method needs about six.
 constexpr int most_secants = 30;
 
-// An arc of a circle in the body space of the host.
+// An arc of a circle in the shape space of the host.
 class Arc {
  public:
   Arc(const RingArc& arc, const Pose& pose, const LevelSet& host)
@@ -197,7 +197,7 @@ class RingSearch {
     found_.push_back(contact);
   }
 
-  // Returns whether a place (m, body space of the torus) is on what keep_nodes() has left of the line.
+  // Returns whether a place (m, shape space of the torus) is on what keep_nodes() has left of the line.
   bool is_left(const Vec3& place) const {
     return line_.is_closed ||
            std::any_of(feature_edges_.nodes.begin(), feature_edges_.nodes.end(),

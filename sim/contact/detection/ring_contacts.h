@@ -27,28 +27,28 @@ bool touch_along_ring(const LevelSet& a, const LevelSet& b);
 /// the ball, and the arcs are the host's. `is_reversed` says which of the two directions of a pair of bodies
 /// this is.
 bool is_guest_of_ring(const LevelSet& guest, const LevelSet& host, bool is_reversed);
-/// Returns whether a ball at `center` (m, body space of the torus) is so near to the axis of `torus` that it
+/// Returns whether a ball at `center` (m, shape space of the torus) is so near to the axis of `torus` that it
 /// touches all around: the difference between its distances from the farthest and the nearest place of the
 /// center line is less than a tenth of the tube's radius. Other balls touch with their support point alone,
 /// which is exact, and have no ring contacts.
 bool is_in_middle(const Vec3& center, const LevelSet& torus);
 /// Returns whether a ball, a capsule or a torus as guest leaves the contact with `host` to ring contacts,
-/// with the guest at `pose` in the host's body space.
+/// with the guest at `pose` in the host's shape space.
 bool is_told_by_ring(const LevelSet& guest, const Pose& pose, const LevelSet& host);
 /// Returns whether a contact is a ring contact. Its place and plane follow the bodies, see place_on_arc().
 bool is_ring_contact(const Bodies& bodies, const ContactPoint& contact);
 
 /// An arc of a torus's center line.
 struct RingArc {
-  Vec3 middle = Vec3::Zero();  ///< m, in the body space of the torus: the middle of the arc.
+  Vec3 middle = Vec3::Zero();  ///< m, in the shape space of the torus: the middle of the arc.
   double end = 0;              ///< tan(w/2), with the angle w from the middle to either end.
   double slack = 0;            ///< m: by how much the middle may be higher than the lowest place and touch.
 };
 
 /// The place at which an arc touches.
 struct RingPlace {
-  Vec3 center = Vec3::Zero();  ///< m, in the host's body space: the place on the center line.
-  Vec3 normal = Vec3::Zero();  ///< Unit, in the host's body space: outward normal of the host there.
+  Vec3 center = Vec3::Zero();  ///< m, in the host's shape space: the place on the center line.
+  Vec3 normal = Vec3::Zero();  ///< Unit, in the host's shape space: outward normal of the host there.
   double distance = 0;         ///< m: signed distance of `center` from the host.
 };
 
@@ -60,7 +60,7 @@ struct RingPlace {
 ///
 /// The middles of short arcs, which stay, are the corners of a polygon on which a ring stands where it
 /// crosses another one at a small angle. At a greater angle the nearest place moves little, and is exact.
-/// `pose` is that of the torus in the host's body space.
+/// `pose` is that of the torus in the host's shape space.
 RingPlace place_on_arc(const RingArc& arc, const Pose& pose, const LevelSet& host);
 
 /// Appends to `found` the ring contacts of a torus with a ball, a capsule or another torus `host`.
@@ -74,12 +74,12 @@ RingPlace place_on_arc(const RingArc& arc, const Pose& pose, const LevelSet& hos
 /// alone. EdgePoint::place is the middle of the arc, and FeatureId::index numbers the middles of the
 /// shortest arcs.
 ///
-/// `feature_edges` are those of the torus, and `pose` is its pose in the host's body space.
+/// `feature_edges` are those of the torus, and `pose` is its pose in the host's shape space.
 void find_ring_contacts(const FeatureEdges& feature_edges, const Pose& pose, const LevelSet& host,
                         double margin, std::vector<EdgeContact>& found);
 /// Appends the ring contacts of `ball` as guest with a torus as host, whose feature edges are
 /// `feature_edges`. They are those of find_ring_contacts() with the roles swapped, so that EdgePoint::place
-/// is in the host's body space. `pose` is that of the ball there.
+/// is in the host's shape space. `pose` is that of the ball there.
 void find_ring_contacts_of_ball(const FeatureEdges& feature_edges, const Pose& pose, const LevelSet& ball,
                                 double margin, std::vector<EdgeContact>& found);
 /// Returns the arc of a ring contact, from ContactPoint::edge. EdgePoint::weight holds RingArc::end and

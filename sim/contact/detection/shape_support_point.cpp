@@ -19,7 +19,7 @@ ShapeSupportPoint of_ball(const Vec3& center, double radius, const Vec3& n) {
   return {center - radius * n, center};
 }
 
-// Returns the normal of the host's surface nearest to `x` (m, host's body space). The grid of a mesh turns
+// Returns the normal of the host's surface nearest to `x` (m, host's shape space). The grid of a mesh turns
 // its normals gradually where those of the surface jump: in the middle of a groove it gives one that points
 // away from the bottom, where there is no nearest surface. If the foot along the grid's normal is not on the
 // surface, the exact normal counts.
@@ -41,7 +41,7 @@ ShapeSupportPoint of_ball(const Vec3& center, double radius, const LevelSet& hos
 // m.
 double way_in_from_rim(const LevelSet& shape) { return shape.min_size() / 4 * std::sqrt(0.5); }
 
-// Returns the direction (unit, host's body space) from the center of a ring to its support point, for the
+// Returns the direction (unit, host's shape space) from the center of a ring to its support point, for the
 // host's normal `n` at the ring. The ring lies in the plane of the shape's axes x and z. If the normal is at
 // right angles to that plane, all directions are equal and the result is the x axis.
 Vec3 deepest_direction(const Vec3& n, const Quat& orientation) {
@@ -57,7 +57,7 @@ class NearestIterate {
  public:
   explicit NearestIterate(const LevelSet& host) : host_(host) {}
 
-  // Takes the point of a step at `x` (m, host's body space). Returns false if the step has not moved it, so
+  // Takes the point of a step at `x` (m, host's shape space). Returns false if the step has not moved it, so
   // that further steps are of no use.
   bool take(const Vec3& x, const ShapeSupportPoint& point) {
     if (x == last_) return false;

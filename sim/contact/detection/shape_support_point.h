@@ -22,12 +22,12 @@ int support_point_count(const LevelSet& shape);
 int support_numbers(const LevelSet& shape);
 
 /// Returns support point `k` of `shape` towards `host`. The result and `pose`, that of the shape, are in the
-/// body space of `host`. For tori, rims and the side of cylinders it is the best of a few fixed-point steps,
+/// shape space of `host`. For tori, rims and the side of cylinders it is the best of a few fixed-point steps,
 /// the first of which is exact for flat hosts and balls.
 ShapeSupportPoint support_point(const LevelSet& shape, int k, const Pose& pose, const LevelSet& host);
 
 /// Returns support point `k` of `shape` towards a plane with the unit normal `n`, which points to the shape's
-/// side of the plane. All is in the shape's own body space. The result is exact.
+/// side of the plane. All is in the shape's own shape space. The result is exact.
 ShapeSupportPoint support_point(const LevelSet& shape, int k, const Vec3& n);
 
 /// Returns whether a host touches the flat faces of others with its support points alone, because it is
@@ -41,7 +41,7 @@ bool ignores_samples(const LevelSet& host, const LevelSet& guest);
 /// ball is the guest has the exact nearest point, since the distance of the ball's center from a round shape
 /// is exact. A second point beside it would give the ball a spin.
 bool is_told_by_ball(const LevelSet& host, const LevelSet& guest);
-/// Returns whether the surface of a cylinder nearest to `x` (m, body space) is its side, which touches as a
+/// Returns whether the surface of a cylinder nearest to `x` (m, shape space) is its side, which touches as a
 /// capsule does. Returns false for all other shapes.
 bool is_beside_side(const LevelSet& host, const Vec3& x);
 

@@ -24,8 +24,8 @@ constexpr int numbers_of_a_face = 4;  // numbers that each face has: two support
 // Returns whether the support points of a shape lie on rims.
 bool is_rim(const LevelSet& shape) { return shape.kind == LevelSet::Kind::cylinder; }
 
-// Returns whether support point k of a shape can touch a plane with the unit normal `n` (shape's body space).
-// Only the lower one of the two caps of a capsule can, or both if they are equally low.
+// Returns whether support point k of a shape can touch a plane with the unit normal `n` (its shape
+// space). Only the lower one of the two caps of a capsule can, or both if they are equally low.
 bool has_deepest_point(const LevelSet& shape, int k, const Vec3& n) {
   const double side = k == 0 ? 1 : -1;
   return shape.kind != LevelSet::Kind::capsule || side * n.y() <= beside_face;
@@ -86,7 +86,7 @@ class SupportFaceSearch {
     near.feature = {FeatureId::Kind::in_face, number};
     near.distance = lowest.normal.dot(place - x);
     if (!is_found(near, face.size) &&
-        !is_at_internal_edge(bodies_, host_, bodies_.rigid.state[as_index(host_)].pose.to_world(x), 0))
+        !is_at_internal_edge(bodies_, host_, shape_pose(bodies_.rigid, as_index(host_)).to_world(x), 0))
       found_.push_back(near);
   }
 

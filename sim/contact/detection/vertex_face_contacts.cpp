@@ -60,7 +60,7 @@ void look_at(const NearFace& face, double reach, const Vec3& corner, const Vec3&
   nearest.size = face.size;
 }
 
-// Searches the faces of one guest, in the body space of a host, for those nearest to the host's corners.
+// Searches the faces of one guest, in the shape space of a host, for those nearest to the host's corners.
 class VertexFaceSearch {
  public:
   VertexFaceSearch(const Bodies& bodies, const DeformableBody& guest, int host, double margin,
@@ -143,7 +143,7 @@ void find_vertex_face_contacts(const Bodies& bodies, const DeformableBody& guest
                                const BodyBounds& host_bounds, int host, double margin,
                                VertexSearches& scratch, std::vector<EdgeContact>& found) {
   const RigidProperties& properties = bodies.rigid.properties[as_index(host)];
-  const Pose& pose = bodies.rigid.state[as_index(host)].pose;
+  const Pose pose = shape_pose(bodies.rigid, as_index(host));
   VertexFaceSearch search(bodies, guest, host, margin, scratch);
   visit_near_faces(bodies, guest, host, world_box(host_bounds, margin), margin,
                    [&](const NearFace& face) { search.look_at_face(face); });

@@ -45,11 +45,11 @@ void find_vertex_face_contacts(const Bodies& bodies, const DeformableBody& guest
 
 /// The normal of a contact at a corner of a host.
 struct VertexNormal {
-  Vec3 normal;                ///< Unit, in the host's body space: outward of the host.
+  Vec3 normal;                ///< Unit, in the host's shape space: outward of the host.
   bool is_hosts_own = false;  ///< True if it is the normal of a face of the host.
 };
 /// Returns the normal at which a host's corner at `corner` (m) touches a plane with the unit normal
-/// `-toward`, where `inward` (unit) leads from the corner into the host. All is in the host's body space.
+/// `-toward`, where `inward` (unit) leads from the corner into the host. All is in the host's shape space.
 ///
 /// It is `toward`, or the normal of a face of the host that lies flat on the plane, to within 20 degrees.
 /// Other contacts there act along the normals of the host, and normals that are nearly equal would be one

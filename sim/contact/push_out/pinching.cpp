@@ -49,13 +49,14 @@ class Pincher {
     const RigidState &host = bodies_.rigid.state[as_index(contact.host)],
                      &second = bodies_.rigid.state[as_index(other)];
     const LevelSet& shape = bodies_.rigid.properties[as_index(other)].shape;
-    const Vec3 x = host.pose.position + contact.host_arm, in_other = second.pose.to_body(x);
+    const Pose other_pose = shape_pose(bodies_.rigid, as_index(other));
+    const Vec3 x = host.pose.position + contact.host_arm, in_other = other_pose.to_body(x);
     const Vec3 v = point_velocity(host, contact.host_arm),
                v_other = point_velocity(second, x - second.pose.position);
     const double to_host = contact.gap - contact.yielded - surface_point(bodies_, contact).contact_offset,
                  to_other = shape.distance(in_other);  // m, both from the middle surface of the guest
     if (to_host + to_other - dt_ * (v.norm() + v_other.norm()) >= thickness_) return 0;
-    const Vec3 normal = second.pose.orientation * shape.normal(in_other);
+    const Vec3 normal = other_pose.orientation * shape.normal(in_other);
     const double end = to_host - dt_ * v.dot(contact.normal),
                  other_end = to_other - dt_ * v_other.dot(normal);
     const double room = end + other_end;
@@ -90,7 +91,7 @@ class Pincher {
   double side(const ContactPoint& contact, const Vec3& x, int host, const Vec3& normal) const {
     const Vec3 m = weighted(surface_point(bodies_, contact), normals_).normalized();
     if (std::abs(normal.dot(m)) >= tells_side) return normal.dot(m);
-    return (x - bodies_.rigid.state[as_index(host)].pose.position).dot(m);
+    return (x - shape_pose(bodies_.rigid, as_index(host)).position).dot(m);
   }
 
   const Bodies& bodies_;

@@ -138,20 +138,20 @@ class Collider {
     return true;
   }
 
-  // Returns the pose of a rigid body after dt with the velocity v_*^n + D, with `linear` (m/s) for that part
-  // of D that changes the velocity of the center of mass.
+  // Returns the pose of a rigid body's shape after dt with the velocity v_*^n + D, with `linear` (m/s) for
+  // that part of D that changes the velocity of the center of mass.
   Pose pose_after(int body, const Vec3& linear) const {
     const auto b = as_index(body);
     const RigidProperties& properties = bodies_.rigid.properties[b];
     RigidState state = bodies_.rigid.state[b];
-    if (!properties.moves()) return state.pose;
+    if (!properties.moves()) return shape_pose(properties, state.pose);
     state.velocity += linear;
     rotation_variable(state, properties) += difference_.rotation[b];
     if (properties.is_dynamic()) state.angular_velocity = state.inverse_inertia * state.angular_momentum;
-    return evolved_pose(state, dt_, settings_.orientation);
+    return shape_pose(properties, evolved_pose(state, dt_, settings_.orientation));
   }
 
-  // Returns the pose of a rigid body after dt with the velocity v_*^n + D.
+  // Returns the pose of a rigid body's shape after dt with the velocity v_*^n + D.
   const Pose& predicted_pose(int body) {
     const auto b = as_index(body);
     if (scratch_.stale[b]) {

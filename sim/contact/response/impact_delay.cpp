@@ -28,8 +28,7 @@ bool is_delayed(const Bodies& bodies, const ContactPoint& contact) {
   const auto h = as_index(contact.host), g = as_index(contact.guest_rigid);
   const auto has_delay = [&](std::size_t body) { return !bodies.rigid.state[body].delay.isZero(0); };
   const RigidProperties &host = bodies.rigid.properties[h], &guest = bodies.rigid.properties[g];
-  const bool is_with_ball =
-      host.shape.kind == LevelSet::Kind::sphere || guest.shape.kind == LevelSet::Kind::sphere;
+  const bool is_with_ball = host.is_ball() || guest.is_ball();
   return (is_with_ball && host.is_dynamic() && guest.is_dynamic()) || has_delay(h) || has_delay(g);
 }
 

@@ -204,8 +204,9 @@ void find_speculative_targets(double dt, OrientationUpdate orientation, const Co
   contacts.predicted.resize(rigid.size());
   parallel_for(rigid.size(), 64, [&](std::size_t begin, std::size_t end) {
     for (std::size_t b = begin; b < end; ++b)
-      contacts.predicted[b] =
-          rigid.properties[b].moves() ? evolved_pose(rigid.state[b], dt, orientation) : rigid.state[b].pose;
+      contacts.predicted[b] = shape_pose(
+          rigid.properties[b],
+          rigid.properties[b].moves() ? evolved_pose(rigid.state[b], dt, orientation) : rigid.state[b].pose);
   });
   parallel_for(graph.pairs.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {

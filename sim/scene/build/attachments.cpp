@@ -21,13 +21,13 @@ Holder find_holder(const std::vector<std::string>& names, const Vec3& x, const R
   for (std::size_t i = 0; i < names.size(); ++i) {
     const auto body = static_cast<std::size_t>(std::find(rigid.name.begin(), rigid.name.end(), names[i]) -
                                                rigid.name.begin());
-    if (rigid.properties[body].shape.distance(rigid.state[body].pose.to_body(x)) < 0) return {i, body};
+    if (rigid.properties[body].shape.distance(shape_pose(rigid, body).to_body(x)) < 0) return {i, body};
   }
   return {names.size(), 0};
 }
 
-// Makes the particle move with the rigid body. A dynamic body takes over its mass; with any other body the
-// particle loses its inverse mass.
+// Makes the particle move with the rigid body. A dynamic body carries its mass, see take_over_masses(); with
+// any other body the particle loses its inverse mass.
 void hold(std::size_t particle, std::size_t body, Bodies& bodies) {
   RigidBodies& rigid = bodies.rigid;
   Particles& particles = bodies.particles;

@@ -341,7 +341,7 @@ void finalize_forces(Bodies& bodies) {
   bodies.forces.finalize(mass, inverse_mass, own_mass);
 }
 
-// Adds the joints of the scene. `frames` are the body spaces of the rigid bodies in the coordinates of their
+// Adds the joints of the scene. `frames` are the shape spaces of the rigid bodies in the coordinates of their
 // shapes.
 void add_joints(const Scene& scene, const EffectSet& plan, const std::vector<Pose>& frames, Bodies& bodies) {
   std::map<std::string, int> number;
@@ -352,7 +352,10 @@ void add_joints(const Scene& scene, const EffectSet& plan, const std::vector<Pos
   };
   const auto in_body_space = [&](int body, const Pose& frame) {
     const Pose& space = frames[static_cast<std::size_t>(body)];
-    return Pose{space.to_body(frame.position), space.orientation.conjugate() * frame.orientation};
+    const Pose in_shape{space.to_body(frame.position), space.orientation.conjugate() * frame.orientation};
+    const auto& shape = bodies.rigid.properties[static_cast<std::size_t>(body)].shape_frame;
+    return shape ? Pose{shape->to_world(in_shape.position), shape->orientation * in_shape.orientation}
+                 : in_shape;
   };
   for (const scene::Joint& description : scene.joints) {
     const int parent = number.at(description.parent), child = number.at(description.child);
@@ -420,6 +423,7 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
   }
   for (duet::DeformableBody& body : bodies.deformable) body.element_size = element_size(body, bodies);
   if (plan[index(Effect::soft_bindings)]) add_soft_bindings(scene, bodies);
+  take_over_masses(bodies.rigid, bodies.bound, bodies.particles);
   for (duet::DeformableBody& body : bodies.deformable)
     for_each_particle(body, [&](std::size_t p) { body.mass += bodies.particles.mass[p]; });
   world.may_crush = may_crush(bodies);

@@ -24,8 +24,8 @@ struct ThinShape {
 /// The drawn surface of a body. The step never reads it.
 struct BodyShape {
   std::string name;  ///< Name of the body.
-  /// Surface at rest, m: of rigid bodies in body space, of deformable bodies in the coordinates of the shape.
-  /// Its `vertex_nodes` (global particle indices) are empty except for volumes without a skin.
+  /// Surface at rest, m: of rigid bodies in shape space, of deformable bodies in the coordinates of the
+  /// shape. Its `vertex_nodes` (global particle indices) are empty except for volumes without a skin.
   BoundarySurface surface;
   /// Surface of a shell, rod or particle. None: the body is rigid or a volume.
   std::optional<ThinShape> thin{};

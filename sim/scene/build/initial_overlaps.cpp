@@ -174,7 +174,7 @@ class Finder {
     if (!is_rigid(a) || is_rigid(b)) return false;
     const Particles& particles = bodies_.particles;
     const LevelSet& shape = bodies_.rigid.properties[as_index(a)].shape;
-    const Pose& pose = bodies_.rigid.state[as_index(a)].pose;
+    const Pose pose = shape_pose(bodies_.rigid, as_index(a));
     bool is_inside = false;
     for_each_particle(bodies_.deformable[as_index(deformable(b))], [&](std::size_t p) {
       const bool is_pinned = is_held(particles, p) && particles.mass[p] > 0;

@@ -43,7 +43,7 @@ struct InitialSeparation {
 /// OverlapProbe::min_depth(). Bodies that joints or attachments hold together move together. Bodies that a
 /// static or kinematic body or a pin holds stay. Overlaps of deformable bodies that only far longer
 /// displacements would open are left, see shortest_exit(). `rigid_surfaces` are the drawn surfaces of the
-/// rigid bodies in body space.
+/// rigid bodies in shape space.
 InitialSeparation separate_overlapping_bodies(const World& world, std::vector<const Surface*> rigid_surfaces);
 
 /// Moves the bodies of the world, and the particles that they carry, by the displacements.

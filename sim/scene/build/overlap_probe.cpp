@@ -103,7 +103,7 @@ const OverlapProbe::Body& OverlapProbe::prepared(int body) {
 // shapes have their drawn surface.
 void OverlapProbe::prepare_rigid(std::size_t body, Body& made) const {
   const LevelSet& shape = bodies_.rigid.properties[body].shape;
-  const Pose& pose = bodies_.rigid.state[body].pose;
+  const Pose pose = shape_pose(bodies_.rigid, body);
   made.level_set = &shape;
   if (shape.kind == LevelSet::Kind::sphere || shape.kind == LevelSet::Kind::capsule) {
     const double half = shape.kind == LevelSet::Kind::capsule ? shape.half_length : 0;
@@ -240,13 +240,13 @@ double OverlapProbe::min_distance(const Search& search, const Vec3& x) const {
   if (outside > 0) return outside;
   if (!search.host->level_set) return search.host->mesh->at(x).distance;
   const LevelSet& shape = *search.host->level_set;
-  return shape.distance(bodies_.rigid.state[host].pose.to_body(x)) - shape.tolerance();
+  return shape.distance(shape_pose(bodies_.rigid, host).to_body(x)) - shape.tolerance();
 }
 
 // Returns the exact signed distance of `x` from the host, with the normal in world axes.
 SignedDistance OverlapProbe::exact(const Search& search, const Vec3& x) const {
   if (!search.host->level_set) return search.host->mesh->at(x);
-  const Pose& pose = bodies_.rigid.state[as_index(search.number)].pose;
+  const Pose pose = shape_pose(bodies_.rigid, as_index(search.number));
   SignedDistance found = search.host->level_set->exact(pose.to_body(x));
   found.normal = pose.orientation * found.normal;
   return found;

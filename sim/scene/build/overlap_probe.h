@@ -17,7 +17,7 @@ namespace duet {
 /// while it is in use. Bodies are numbered as in guest_node: rigid ones first, then deformable ones.
 class OverlapProbe {
  public:
-  /// `rigid_surfaces` are the drawn surfaces of the rigid bodies in body space; bodies beyond their number
+  /// `rigid_surfaces` are the drawn surfaces of the rigid bodies in shape space; bodies beyond their number
   /// (the ground) have none. `bodies` must outlive the probe.
   OverlapProbe(const Bodies& bodies, std::vector<const Surface*> rigid_surfaces);
 

@@ -38,26 +38,6 @@ TEST(WorldSizes, TellBonesThatHoldOneLineOfParticles) {
   }
 }
 
-// The mass of bound particles counts at the center of mass of their bone, unless springs hold them.
-TEST(WorldSizes, TellBonesThatHoldMassOffTheirCenter) {
-  for (const bool with_springs : {false, true})
-    for (const double place : {0.0, 0.6}) {
-      scene::Scene scene = test::free_space();
-      test::add_box(scene, "bone", Vec3::Zero(), Vec3(2, 0.3, 0.3), 1);
-      scene::DeformableBody& load =
-          test::add_soft_box(scene, "load", Vec3(place, 0, 0), Vec3::Constant(0.4), 4, 1e5);
-      load.attach = {"bone"};
-      if (with_springs) load.attach_springs = scene::AttachSprings();
-      const WorldSizes sizes = Simulation(scene, test::plan(scene)).sizes();
-      ASSERT_EQ(sizes.off_center_loads.size(), !with_springs && place > 0 ? 1u : 0u);
-      if (sizes.off_center_loads.empty()) continue;
-      EXPECT_NEAR(sizes.off_center_loads[0].distance, place, 1e-12);
-      const auto found = scene::warnings(scene, {}, sizes);
-      ASSERT_EQ(found.size(), 1u);
-      EXPECT_NE(found[0].find("`bone` holds"), std::string::npos) << found[0];
-    }
-}
-
 // A control with the gain 1000 follows 0.063 s later, in which a target of 7.9 turns a second turns by a
 // half.
 TEST(Warnings, TellControlsThatLagByHalfATurn) {
