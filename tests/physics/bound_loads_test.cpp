@@ -4,8 +4,11 @@
 
 #include "tests/support/articulated.h"
 #include "tests/support/margin.h"
+#include "tests/support/random_scenes.h"
 #include <fmt/format.h>
 
+#include "sim/base/rotation.h"
+#include "sim/geometry/level_set/grid_level_set.h"
 #include "sim/step/step.h"
 
 namespace duet::bound_loads_test {
@@ -219,6 +222,107 @@ TEST(BoundLoads, JointsStayClosedAndRunsResumeToTheSameBits) {
   }
   test::expect_below(JointSolver::drift(bodies.articulation, bodies.rigid).gap, 1e-9, "gap");
   test::expect_below(whole.stats().max_penetration, 1e-3, "penetration");
+}
+
+// The inertia of a body with equal principal moments is the same in all axes, so that the motion does not
+// depend on the axes of body space: turned away from those of the shape, it gives the motion of contact,
+// joints and flesh to rounding. Balls are left out; with a turned body space they do not count as balls.
+TEST(BoundLoads, ContactDoesNotDependOnTheAxesOfBodySpace) {
+  test::Draw draw(11);
+  scene::Scene scene = test::on_ground(0.4, 0.3);
+  scene.fps = 960;
+  scene.solver.max_time_step = 1.0 / 960;
+  for (int i = 0; i < 12; ++i) {
+    scene::Shape shape = test::random_shape(draw, 1);
+    while (shape.kind == scene::ShapeKind::sphere) shape = test::random_shape(draw, 1);
+    const Vec3 place(0.6 * (i % 3), 0.4 + 0.45 * (i / 3), 0.1 * (i % 2));
+    scene::RigidBody& body = test::add_box(scene, fmt::format("body{}", i), place, Vec3::Ones(), 20);
+    body.shape = shape;
+    body.placement.orientation = exponential(draw(0, 3) * draw.direction());
+    body.placement.velocity = Vec3(0, -2, 0);
+    body.placement.angular_velocity = 3 * draw.direction();
+  }
+  test::add_soft_box(scene, "soft", Vec3(0.6, 0.3, -0.5), Vec3(1, 0.4, 0.4), 3, 1e5);
+  Simulation plain(scene, test::plan(scene)), turned(scene, test::plan(scene));
+  for (Simulation* one : {&plain, &turned}) {
+    RigidBodies& rigid = one->world().bodies.rigid;
+    for (std::size_t i = 0; i < 12; ++i) {
+      RigidProperties& properties = rigid.properties[i];
+      properties.inertia = Vec3::Constant(properties.inertia.mean());
+      const Vec3 w = rigid.state[i].angular_velocity;
+      if (one == &turned)
+        move_body_space({Vec3::Zero(), exponential(draw(0.5, 2) * draw.direction())}, rigid.state[i],
+                        properties);
+      set_angular_velocity(rigid.state[i], properties, w);
+    }
+  }
+  const RigidBodies &first = plain.world().bodies.rigid, &second = turned.world().bodies.rigid;
+  std::int64_t contacts = 0;
+  double off = 0;
+  for (int frame = 0; frame < 240; ++frame) {
+    plain.advance_frame();
+    turned.advance_frame();
+    contacts += plain.stats().contacts;
+    for (std::size_t i = 0; i < 12; ++i) {
+      const Pose a = shape_pose(first, i), b = shape_pose(second, i);
+      off = std::max({off, (a.position - b.position).norm(), a.orientation.angularDistance(b.orientation)});
+    }
+  }
+  EXPECT_GT(contacts, 1000);
+  test::expect_below(off, 1e-6, "difference_of_poses");
+}
+
+// Gives a mesh body the center of mass `center` (m) in its shape: by a body space that has moved there, or by
+// a shape whose coordinates have. Mass and inertia stay.
+void move_center(Simulation& simulation, const TriangleMesh& mesh, int cells, double spacing,
+                 const Vec3& center, bool by_body_space) {
+  RigidProperties& properties = simulation.world().bodies.rigid.properties[0];
+  RigidState& state = simulation.world().bodies.rigid.state[0];
+  const Vec3 w = state.angular_velocity;
+  move_body_space({center, Quat::Identity()}, state, properties);
+  set_angular_velocity(state, properties, w);
+  if (by_body_space) return;
+  properties.shape_frame.reset();
+  const TriangleMesh moved = in_frame(mesh, 1, {center, Quat::Identity()});
+  properties.shape = LevelSet::mesh(std::make_shared<const GridLevelSet>(moved, cells));
+  for (std::vector<Vec3>* points : {&properties.samples, &properties.inside})
+    for (Vec3& x : *points) x -= center;
+  properties.feature_edges =
+      find_feature_edges(moved, properties.shape, properties.samples, properties.inside, spacing);
+}
+
+// A mesh with its center of mass off the middle lands on the ground, on a ball and on a soft slab. Where its
+// body space has moved there it moves as one whose shape has moved instead.
+TEST(BoundLoads, ContactDoesNotDependOnTheOriginOfTheShape) {
+  const auto mesh = std::make_shared<TriangleMesh>(test::box_mesh(-Vec3(0.5, 0.3, 0.2), Vec3(0.5, 0.3, 0.2)));
+  for (const double soft : {0.0, 1.0}) {
+    scene::Scene scene = test::on_ground(0.4, 0.3);
+    scene.fps = 240;
+    scene.solver.max_time_step = 1.0 / 480;
+    scene::RigidBody& body = test::add_mesh(scene, "body", mesh, 1, 20);
+    body.shape.cells = 32;
+    body.sample_spacing = 0.1;
+    body.placement.position = Vec3(0, 1.2, 0);
+    body.placement.orientation = exponential(Vec3(0.3, 0.2, 0.5));
+    body.placement.angular_velocity = Vec3(1, 2, 3);
+    test::add_ball(scene, "ball", Vec3(0.4, 0.3, 0.1), 0.3, 10);
+    if (soft > 0) test::add_soft_box(scene, "soft", Vec3(-0.4, 0.2, 0), Vec3(0.8, 0.4, 1), 3, 1e5);
+    Simulation one(scene, test::plan(scene)), other(scene, test::plan(scene));
+    const Vec3 center(0.3, 0.06, -0.04);
+    move_center(one, *mesh, 32, 0.1, center, true);
+    move_center(other, *mesh, 32, 0.1, center, false);
+    std::int64_t contacts = 0;
+    double off = 0;
+    for (int frame = 0; frame < 240; ++frame) {
+      one.advance_frame();
+      other.advance_frame();
+      contacts += one.stats().contacts;
+      const Pose &a = one.world().bodies.rigid.state[0].pose, &b = other.world().bodies.rigid.state[0].pose;
+      off = std::max({off, (a.position - b.position).norm(), a.orientation.angularDistance(b.orientation)});
+    }
+    EXPECT_GT(contacts, 100);
+    test::expect_below(off, 1e-6, fmt::format("difference_of_poses_{}", soft));
+  }
 }
 
 // A bone whose flesh is released goes on in the same rigid motion: momentum stays.

@@ -24,7 +24,7 @@ TEST(Creatures, TheBarTurnsTheHingedBox) {
   if (!test::runs_in_full()) coarser.push_back("deformable.bar.shape.cells=[16,2,2]");
   Film film("bar", coarser);
   film.advance(60);
-  const double parent = turn_about_x(film.body("parent"));
+  const double parent = turn_about_x(film.pose("parent"));
   test::expect_above(parent, 0.35, "turn_of_the_parent_rad");
   test::expect_below(parent, 135 * EIGEN_PI / 180, "turn_of_the_parent_rad");
   test::expect_below(film.gap, 1e-6, "gap_of_the_hinge");
@@ -38,9 +38,9 @@ TEST(Creatures, TheMaggotWriggles) {
   if (!test::runs_in_full()) coarser.push_back("prefabs.maggot.parameters.spacing=0.2");
   Film film("maggot", coarser);
   const auto bend = [&] {
-    const Quat between =
-        film.body("maggot-bone1").pose.orientation.conjugate() * film.body("maggot-bone2").pose.orientation;
-    return logarithm(between).norm();
+    return logarithm(film.pose("maggot-bone1").orientation.conjugate() *
+                     film.pose("maggot-bone2").orientation)
+        .norm();
   };
   film.advance(36);
   test::expect_below(bend(), 0.01, "bend_before_it_starts");

@@ -38,7 +38,7 @@ TEST(Figures, TheChainHoldsTogetherAndPassesTheTwistOn) {
                              "{ time = 0, rotation = { axis = [1, 0, 0], degrees = 270 } }, "
                              "{ time = 1, rotation = { axis = [1, 0, 0], degrees = 270 } }, "
                              "{ time = 2.5, rotation = { axis = [1, 0, 0], degrees = 630 } }]"}));
-  const double start4 = turn_about_x(film.body("ring4")), start7 = turn_about_x(film.body("ring7"));
+  const double start4 = turn_about_x(film.pose("ring4")), start7 = turn_about_x(film.pose("ring7"));
   double longest_loop = 0, farthest = 0;
   for (int frame = 0; frame < 60; ++frame) {
     film.advance(1);
@@ -52,8 +52,8 @@ TEST(Figures, TheChainHoldsTogetherAndPassesTheTwistOn) {
   }
   test::expect_below(longest_loop, 3.6 + 2 * 0.75, "over_a_loop_m");
   test::expect_below(farthest, 2.5, "from_ring_to_ring_m");
-  const double turn4 = turn_about_x(film.body("ring4")) - start4,
-               turn7 = turn_about_x(film.body("ring7")) - start7;
+  const double turn4 = turn_about_x(film.pose("ring4")) - start4,
+               turn7 = turn_about_x(film.pose("ring7")) - start7;
   test::expect_above(turn7, 1, "turn_of_ring_7_rad");
   test::expect_below(turn4, turn7, "turn_of_ring_4_rad");
   test::expect_below(turn7, 2 * EIGEN_PI, "turn_of_ring_7_rad");

@@ -34,6 +34,10 @@ struct Film {
   const RigidState& body(const std::string& name) {
     return bodies().rigid.state[index_of_name(bodies().rigid.name, name)];
   }
+  // Returns the pose of the shape of the rigid body called `name`. Throws std::out_of_range if there is none.
+  Pose pose(const std::string& name) {
+    return shape_pose(bodies().rigid, index_of_name(bodies().rigid.name, name));
+  }
   // Returns the means of the vertices (m) of all bodies whose names begin with `beginning`, in their order.
   std::vector<Vec3> centers(const std::string& beginning) {
     simulation.surfaces(surfaces);
@@ -58,8 +62,8 @@ struct Film {
 };
 
 // Returns the angle (rad) of a rotation about the x axis.
-inline double turn_about_x(const RigidState& state) {
-  return 2 * std::atan2(state.pose.orientation.x(), state.pose.orientation.w());
+inline double turn_about_x(const Pose& pose) {
+  return 2 * std::atan2(pose.orientation.x(), pose.orientation.w());
 }
 
 }  // namespace duet::test

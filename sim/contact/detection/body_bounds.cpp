@@ -17,6 +17,16 @@ bool is_round_about_y(LevelSet::Kind kind) {
   return kind == LevelSet::Kind::capsule || kind == LevelSet::Kind::cylinder || kind == LevelSet::Kind::torus;
 }
 
+// Returns whether the center of mass of a body that is round about the axis y of its shape lies on that axis,
+// so that no spin about it moves the surface.
+bool turns_about_y(const RigidProperties& properties) {
+  constexpr double on_axis = 1e-9;  // distance from the axis over the size of the shape: rounding
+  if (!is_round_about_y(properties.shape.kind)) return false;
+  if (!properties.shape_frame) return true;
+  const Vec3 center = properties.shape_frame->to_body(Vec3::Zero());
+  return std::max(std::abs(center.x()), std::abs(center.z())) <= on_axis * properties.shape.min_size();
+}
+
 BodyBounds bounds_of(const RigidState& state, const RigidProperties& properties) {
   const LevelSet& shape = properties.shape;
   BodyBounds bounds;
@@ -39,8 +49,7 @@ BodyBounds bounds_of(const RigidState& state, const RigidProperties& properties)
   bounds.arm = to_middle + bounds.half.norm();
   if (properties.is_ball()) return bounds;  // no spin moves its surface
   bounds.spin = state.angular_velocity;
-  if (is_round_about_y(shape.kind) && !properties.shape_frame)
-    bounds.spin -= bounds.spin.dot(bounds.axes.col(1)) * bounds.axes.col(1);
+  if (turns_about_y(properties)) bounds.spin -= bounds.spin.dot(bounds.axes.col(1)) * bounds.axes.col(1);
   return bounds;
 }
 
