@@ -7,6 +7,7 @@
 #include <array>
 #include <cstddef>
 #include <type_traits>
+#include <vector>
 
 #include "sim/base/assert.h"
 
@@ -76,6 +77,51 @@ Value parallel_reduce(std::size_t n, std::size_t min_grain, Value zero, Map&& ma
   Value total = zero;
   for (std::size_t i = 0; i < chunks; ++i) total = join(total, partial[i]);
   return total;
+}
+
+/// Returns the sum of all that add(i, sum) adds to `sum` for i in [0, n). Ranges, threads and order are those
+/// of parallel_reduce().
+template <class Add>
+double parallel_sum(std::size_t n, std::size_t min_grain, Add&& add) {
+  return parallel_reduce(
+      n, min_grain, 0.0,
+      [&](std::size_t begin, std::size_t end) {
+        double sum = 0;
+        for (std::size_t i = begin; i < end; ++i) add(i, sum);
+        return sum;
+      },
+      [](double a, double b) { return a + b; });
+}
+
+/// The lists that the ranges of a parallel_collect() have found. It keeps its storage from call to call.
+template <class Item>
+using CollectScratch = std::vector<std::vector<Item>>;
+
+/// Sets `all` to what find(i, found) appends to `found` for i in [0, n), in the order of i. The calls run in
+/// parallel, `grain` > 0 of them in each range. Lists get room for more items than they hold, so that storage
+/// stops growing once a scene has warmed up.
+template <class Item, class Find>
+void parallel_collect(std::size_t n, std::size_t grain, CollectScratch<Item>& scratch, std::vector<Item>& all,
+                      Find&& find) {
+  DUET_ASSERT(grain > 0);
+  const std::size_t ranges = (n + grain - 1) / grain;
+  if (scratch.size() < ranges) scratch.resize(ranges);
+  const auto make_room = [](std::vector<Item>& items, std::size_t count) {
+    if (items.capacity() < count) items.reserve(2 * count);
+  };
+  parallel_for(n, grain, [&](std::size_t begin, std::size_t end) {
+    std::vector<Item>& found = scratch[begin / grain];
+    found.clear();
+    make_room(found, grain);
+    for (std::size_t i = begin; i < end; ++i) find(i, found);
+    make_room(found, found.size() + grain);
+  });
+  std::size_t total = 0;
+  for (std::size_t range = 0; range < ranges; ++range) total += scratch[range].size();
+  all.clear();
+  make_room(all, total);
+  for (std::size_t range = 0; range < ranges; ++range)
+    all.insert(all.end(), scratch[range].begin(), scratch[range].end());
 }
 
 }  // namespace duet

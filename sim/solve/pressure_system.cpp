@@ -42,14 +42,7 @@ class PressureSystem {
     scale(out, out);
   }
   double inner(const std::vector<double>& a, const std::vector<double>& b) const {
-    return parallel_reduce(
-        a.size(), rings_at_once, 0.0,
-        [&](std::size_t begin, std::size_t end) {
-          double part = 0;
-          for (std::size_t i = begin; i < end; ++i) part += a[i] * b[i];
-          return part;
-        },
-        [](double a_part, double b_part) { return a_part + b_part; });
+    return parallel_sum(a.size(), rings_at_once, [&](std::size_t i, double& sum) { sum += a[i] * b[i]; });
   }
   // Returns the largest error of a one-ring's rate over the error that the tolerance allows.
   double norm(const std::vector<double>& r) const {

@@ -54,9 +54,10 @@ const std::vector<BodyPair>& BroadPhase::find(const CandidateFilter& filter) {
   } else {
     counts_.kept += static_cast<std::int64_t>(near_.size());
   }
-  collect(near_.size(), box_pairs_at_once, pairs_, [&](std::size_t i, std::vector<BodyPair>& found) {
-    if (meet(near_[i])) found.push_back(near_[i]);
-  });
+  parallel_collect(near_.size(), box_pairs_at_once, ranges_, pairs_,
+                   [&](std::size_t i, std::vector<BodyPair>& found) {
+                     if (meet(near_[i])) found.push_back(near_[i]);
+                   });
   return pairs_;
 }
 
@@ -125,8 +126,8 @@ void BroadPhase::update_near() {
     those_anew_.resize(bounds.size());
     std::iota(those_anew_.begin(), those_anew_.end(), 0);
   }
-  collect(those_anew_.size(), queries_at_once, found_,
-          [&](std::size_t k, std::vector<BodyPair>& found) { query(those_anew_[k], found); });
+  parallel_collect(those_anew_.size(), queries_at_once, ranges_, found_,
+                   [&](std::size_t k, std::vector<BodyPair>& found) { query(those_anew_[k], found); });
   if (!std::is_sorted(found_.begin(), found_.end(), precedes))
     std::sort(found_.begin(), found_.end(), precedes);
   std::erase_if(near_,
@@ -185,33 +186,6 @@ bool BroadPhase::meet(const BodyPair& pair) const {
   const std::size_t host = as_index(pair.host), guest = guest_index(pair);
   return bounds[host].is_half_space ? separation(bounds[host], bounds[guest]) <= margin[host] + margin[guest]
                                     : box_[host].intersects(box_[guest]);
-}
-
-// Sets `all` to the pairs that visit(i, found) appends to `found` for all i in [0, count), in the order of i.
-// The calls run in parallel, `grain` of them in each task.
-template <class Visit>
-void BroadPhase::collect(std::size_t count, std::size_t grain, std::vector<BodyPair>& all, Visit&& visit) {
-  const std::size_t chunks = (count + grain - 1) / grain;
-  if (chunks_.size() < chunks) chunks_.resize(chunks);
-  parallel_for(count, grain, [&](std::size_t begin, std::size_t end) {
-    std::vector<BodyPair>& found = chunks_[begin / grain].pairs;
-    found.clear();
-    make_room(found, box_pairs_at_once);
-    for (std::size_t i = begin; i < end; ++i) visit(i, found);
-    make_room(found, found.size() + box_pairs_at_once);
-  });
-  std::size_t total = 0;
-  for (std::size_t c = 0; c < chunks; ++c) {
-    chunks_[c].begin = total;
-    total += chunks_[c].pairs.size();
-  }
-  make_room(all, total);
-  all.resize(total);
-  parallel_for(chunks, 8, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t c = begin; c < end; ++c)
-      std::copy(chunks_[c].pairs.begin(), chunks_[c].pairs.end(),
-                all.begin() + static_cast<std::ptrdiff_t>(chunks_[c].begin));
-  });
 }
 
 }  // namespace duet

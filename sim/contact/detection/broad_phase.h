@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "sim/base/parallel.h"
 #include "sim/contact/detection/body_bounds.h"
 #include "sim/geometry/queries/box_tree.h"
 
@@ -56,11 +57,6 @@ class BroadPhase {
   const Counts& counts() const { return counts_; }
 
  private:
-  // Pairs that one range of bodies or pairs gave.
-  struct Chunk {
-    std::vector<BodyPair> pairs;
-    std::size_t begin = 0;  // index at which they go into the joined list
-  };
   void reset_if_changed(const CandidateFilter& filter);
   void update_boxes();
   void update_tree();
@@ -70,8 +66,6 @@ class BroadPhase {
   BodyPair pair_of(int a, int b) const;
   std::size_t guest_index(const BodyPair& pair) const;
   bool meet(const BodyPair& pair) const;
-  template <class Visit>
-  void collect(std::size_t count, std::size_t grain, std::vector<BodyPair>& all, Visit&& visit);
 
   CandidateFilter filter_;                // of the last call
   std::vector<char> kind_;                // kind_of() of each body, when `roomy_` and `near_` were made
@@ -88,7 +82,7 @@ class BroadPhase {
   std::vector<BodyPair> found_,           // pairs that this call searched for
       merged_,                            // scratch: the next `near_`
       pairs_;                             // result of find()
-  std::vector<Chunk> chunks_;             // scratch of collect()
+  CollectScratch<BodyPair> ranges_;       // scratch
   Counts counts_;
 };
 

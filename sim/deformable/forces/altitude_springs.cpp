@@ -204,26 +204,18 @@ void AltitudeSprings::add_force_differentials(const std::vector<Vec3>& dx, std::
 }
 
 double AltitudeSprings::energy(const std::vector<Vec3>& x) const {
-  return parallel_reduce(
-      batches_.size(), ScatterAdd::batches_of_block, 0.0,
-      [&](std::size_t begin, std::size_t end) {
-        double sum = 0;
-        for (std::size_t b = begin; b < end; ++b) {
-          std::array<vector8, 4> corner;
-          for (std::size_t i = 0; i < 4; ++i) corner[i] = gather(x, batches_[b].particle[i]);
-          Chosen chosen;
-          const double8 largest = sqrt_of(choose(batches_[b], corner, chosen));
-          const double8 six_volumes =
-              dot(corner[1] - corner[0], cross(corner[2] - corner[0], corner[3] - corner[0]));
-          const mask8 exists = largest > double8{};
-          const double8 length =
-              select(exists, six_volumes / select(exists, largest, double8{} + 1.0), double8{});
-          const double8 stretch = length - chosen.rest_length;
-          sum += sum_of_lanes(0.5 * chosen.stiffness * stretch * stretch);
-        }
-        return sum;
-      },
-      [](double a, double b) { return a + b; });
+  return parallel_sum(batches_.size(), ScatterAdd::batches_of_block, [&](std::size_t b, double& sum) {
+    std::array<vector8, 4> corner;
+    for (std::size_t i = 0; i < 4; ++i) corner[i] = gather(x, batches_[b].particle[i]);
+    Chosen chosen;
+    const double8 largest = sqrt_of(choose(batches_[b], corner, chosen));
+    const double8 six_volumes =
+        dot(corner[1] - corner[0], cross(corner[2] - corner[0], corner[3] - corner[0]));
+    const mask8 exists = largest > double8{};
+    const double8 length = select(exists, six_volumes / select(exists, largest, double8{} + 1.0), double8{});
+    const double8 stretch = length - chosen.rest_length;
+    sum += sum_of_lanes(0.5 * chosen.stiffness * stretch * stretch);
+  });
 }
 
 // No weight of a shortest altitude exceeds 1: its ends lie where the base is the largest of its kind.

@@ -12,22 +12,15 @@
 namespace duet {
 
 double FiniteElements::energy(const std::vector<Vec3>& x) const {
-  return parallel_reduce(
-      batches_.size(), ScatterAdd::batches_of_block, 0.0,
-      [&](std::size_t begin, std::size_t end) {
-        double sum = 0;
-        for (std::size_t b = begin; b < end; ++b) {
-          const Batch& batch = batches_[b];
-          const Matrix3<double8> F = gradient(batch, x);
-          const Moduli here = moduli(b);
-          const double8 &mu = here.mu, &lambda = here.lambda;
-          with_model(model(b), [&]<class Model>(Model) {
-            sum += sum_of_lanes(batch.volume * Model::energy_density(mu, lambda, F));
-          });
-        }
-        return sum;
-      },
-      [](double a, double b) { return a + b; });
+  return parallel_sum(batches_.size(), ScatterAdd::batches_of_block, [&](std::size_t b, double& sum) {
+    const Batch& batch = batches_[b];
+    const Matrix3<double8> F = gradient(batch, x);
+    const Moduli here = moduli(b);
+    const double8 &mu = here.mu, &lambda = here.lambda;
+    with_model(model(b), [&]<class Model>(Model) {
+      sum += sum_of_lanes(batch.volume * Model::energy_density(mu, lambda, F));
+    });
+  });
 }
 
 void FiniteElements::measure_stress(const std::vector<Vec3>& x, std::vector<float>& stress,

@@ -160,20 +160,13 @@ void Membranes::add_force_differentials(const std::vector<Vec3>& dx, std::vector
 }
 
 double Membranes::energy(const std::vector<Vec3>& x) const {
-  return parallel_reduce(
-      batches_.size(), ScatterAdd::batches_of_block, 0.0,
-      [&](std::size_t begin, std::size_t end) {
-        double sum = 0;
-        for (std::size_t b = begin; b < end; ++b) {
-          const Batch& batch = batches_[b];
-          const Columns F = gradient(batch, x);
-          const Symmetric2 E{0.5 * (dot(F.x, F.x) - 1.0), 0.5 * (dot(F.y, F.y) - 1.0), 0.5 * dot(F.x, F.y)};
-          const Symmetric2 S = stress(batch, E);
-          sum += sum_of_lanes(0.5 * batch.area * (S.xx * E.xx + S.yy * E.yy + 2.0 * S.xy * E.xy));
-        }
-        return sum;
-      },
-      [](double a, double b) { return a + b; });
+  return parallel_sum(batches_.size(), ScatterAdd::batches_of_block, [&](std::size_t b, double& sum) {
+    const Batch& batch = batches_[b];
+    const Columns F = gradient(batch, x);
+    const Symmetric2 E{0.5 * (dot(F.x, F.x) - 1.0), 0.5 * (dot(F.y, F.y) - 1.0), 0.5 * dot(F.x, F.y)};
+    const Symmetric2 S = stress(batch, E);
+    sum += sum_of_lanes(0.5 * batch.area * (S.xx * E.xx + S.yy * E.yy + 2.0 * S.xy * E.xy));
+  });
 }
 
 // Uses psi <= h (mu + lambda) |E|^2 and, near rest, |E| <= sum of |gradient| |u| over the corners.

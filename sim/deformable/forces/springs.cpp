@@ -162,22 +162,15 @@ void Springs<N, R>::add_force_differentials(const std::vector<Vec3>& dx, std::ve
 
 template <std::size_t N, std::size_t R>
 double Springs<N, R>::energy(const std::vector<Vec3>& x) const {
-  return parallel_reduce(
-      batches_.size(), ScatterAdd::batches_of_block, 0.0,
-      [&](std::size_t begin, std::size_t end) {
-        double sum = 0;
-        for (std::size_t b = begin; b < end; ++b) {
-          std::array<vector8, N> here;
-          for (std::size_t i = 0; i < N; ++i) here[i] = gather(x, batches_[b].particle[i]);
-          for (const Row& row : batches_[b].row) {
-            const vector8 d = row.difference(here);
-            const double8 stretch = sqrt_of(dot(d, d)) - row.rest_length;
-            sum += sum_of_lanes(0.5 * row.stiffness * stretch * stretch);
-          }
-        }
-        return sum;
-      },
-      [](double a, double b) { return a + b; });
+  return parallel_sum(batches_.size(), ScatterAdd::batches_of_block, [&](std::size_t b, double& sum) {
+    std::array<vector8, N> here;
+    for (std::size_t i = 0; i < N; ++i) here[i] = gather(x, batches_[b].particle[i]);
+    for (const Row& row : batches_[b].row) {
+      const vector8 d = row.difference(here);
+      const double8 stretch = sqrt_of(dot(d, d)) - row.rest_length;
+      sum += sum_of_lanes(0.5 * row.stiffness * stretch * stretch);
+    }
+  });
 }
 
 template <std::size_t N, std::size_t R>

@@ -375,32 +375,24 @@ void CollisionCandidates::add_travels(const CollisionSurface& surface, const std
 }
 
 void CollisionCandidates::wake_pairs(const CollisionSurface& surface, const std::vector<Vec3>& start) {
-  const std::size_t chunks = (rows_.size() + rows_at_once - 1) / rows_at_once;
-  if (chunks_.size() < chunks) chunks_.resize(chunks);
-  parallel_for(rows_.size(), rows_at_once, [&](std::size_t begin, std::size_t stop) {
-    std::vector<CandidatePair>& near = chunks_[begin / rows_at_once].near;
-    near.clear();
-    for (std::size_t i = begin; i < stop; ++i) {
-      const Travel& a = travel_[i];
-      for (std::size_t k = rows_[i].begin; k < rows_[i].end; ++k) {
-        Kept& kept = kept_[k];
-        const Travel& b = travel_[as_index(kept.second)];
-        if (a.including + b.including < kept.until) continue;
-        CandidatePair pair = candidate(surface, i, as_index(kept.second));
-        const double range = repulsion_range * pair.thickness, way = a.before + b.before;
-        kept.until = way + min_distance(pair, start, range) - range - rounding * (range + way);
-        if (a.including + b.including < kept.until) continue;
-        if (!kept.is_examined)
-          kept.repels = repels(pair, bodies_of(surface, i, as_index(kept.second)), surface);
-        kept.is_examined = true;
-        pair.repels = kept.repels;
-        near.push_back(pair);
-      }
-    }
-  });
-  near_.clear();
-  for (std::size_t c = 0; c < chunks; ++c)
-    near_.insert(near_.end(), chunks_[c].near.begin(), chunks_[c].near.end());
+  parallel_collect(rows_.size(), rows_at_once, near_of_ranges_, near_,
+                   [&](std::size_t i, std::vector<CandidatePair>& near) {
+                     const Travel& a = travel_[i];
+                     for (std::size_t k = rows_[i].begin; k < rows_[i].end; ++k) {
+                       Kept& kept = kept_[k];
+                       const Travel& b = travel_[as_index(kept.second)];
+                       if (a.including + b.including < kept.until) continue;
+                       CandidatePair pair = candidate(surface, i, as_index(kept.second));
+                       const double range = repulsion_range * pair.thickness, way = a.before + b.before;
+                       kept.until = way + min_distance(pair, start, range) - range - rounding * (range + way);
+                       if (a.including + b.including < kept.until) continue;
+                       if (!kept.is_examined)
+                         kept.repels = repels(pair, bodies_of(surface, i, as_index(kept.second)), surface);
+                       kept.is_examined = true;
+                       pair.repels = kept.repels;
+                       near.push_back(pair);
+                     }
+                   });
 }
 
 }  // namespace duet

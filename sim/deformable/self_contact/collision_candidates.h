@@ -5,6 +5,7 @@
 #include <array>
 #include <vector>
 
+#include "sim/base/parallel.h"
 #include "sim/deformable/self_contact/collision_surface.h"
 #include "sim/geometry/queries/box_tree.h"
 #include "sim/geometry/queries/continuous_collision.h"
@@ -89,7 +90,6 @@ class CollisionCandidates {
   struct Chunk {
     std::vector<int> found;
     std::vector<Kept> kept;
-    std::vector<CandidatePair> near;
   };
   // Distance that the corners of an element have moved since the first search, an upper bound in m.
   struct Travel {
@@ -142,6 +142,7 @@ class CollisionCandidates {
   std::vector<Kept> kept_, next_;      // all pairs; those of the search in progress
   std::vector<Row> rows_, next_rows_;  // by point and edge, by their numbers
   std::vector<CandidatePair> near_;
+  CollectScratch<CandidatePair> near_of_ranges_;
   std::vector<Travel> travel_;  // by element
   std::vector<Vec3> last_;      // m, by particle: position up to which its travel has been added
   // In m, by particle: distance from last_ to the start, and from the start to the end.

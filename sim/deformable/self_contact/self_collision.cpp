@@ -68,18 +68,11 @@ template <class Filter>
 void SelfCollision::find_impacts(const CollisionCandidates& candidates, const std::vector<Vec3>& start,
                                  const std::vector<Vec3>& end, Filter&& concerned) {
   const std::vector<CandidatePair>& near = candidates.near();
-  const std::size_t chunks = (near.size() + collisions_at_once - 1) / collisions_at_once;
-  if (chunks_.size() < chunks) chunks_.resize(chunks);
-  parallel_for(near.size(), collisions_at_once, [&](std::size_t begin, std::size_t stop) {
-    std::vector<int>& found = chunks_[begin / collisions_at_once].impacts;
-    found.clear();
-    for (std::size_t i = begin; i < stop; ++i) {
-      if (concerned(near[i]) && impact_of(near[i], start, end)) found.push_back(static_cast<int>(i));
-    }
-  });
-  impacts_.clear();
-  for (std::size_t c = 0; c < chunks; ++c)
-    impacts_.insert(impacts_.end(), chunks_[c].impacts.begin(), chunks_[c].impacts.end());
+  parallel_collect(near.size(), collisions_at_once, ranges_, impacts_,
+                   [&](std::size_t i, std::vector<int>& found) {
+                     if (concerned(near[i]) && impact_of(near[i], start, end))
+                       found.push_back(static_cast<int>(i));
+                   });
 }
 
 SelfCollision::Outcome SelfCollision::resolve(const CollisionSurface& surface, const std::vector<Vec3>& start,

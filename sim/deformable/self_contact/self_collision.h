@@ -31,17 +31,13 @@ class SelfCollision {
                   std::vector<Vec3>& end);
 
  private:
-  // Results of one chunk of candidates.
-  struct Chunk {
-    std::vector<int> impacts;  // indices of candidates
-  };
   // Finds the candidates for which concerned(pair) holds and that meet; their indices go to impacts_.
   template <class Filter>
   void find_impacts(const CollisionCandidates& candidates, const std::vector<Vec3>& start,
                     const std::vector<Vec3>& end, Filter&& concerned);
 
-  std::vector<Chunk> chunks_;
-  std::vector<int> impacts_;
+  CollectScratch<int> ranges_;
+  std::vector<int> impacts_;  // indices of candidates
   // For each particle: moved in the previous round; moved in this round.
   std::vector<char> moved_, moves_;
   ImpactZones zones_;

@@ -52,6 +52,47 @@ TEST_F(ThreadCount, SumsAreBitIdenticalForAnyThreadCount) {
   EXPECT_NEAR(one, sum(0, 100003), 1e-9);  // rounding of another order of summation
 }
 
+// parallel_sum() adds the terms of an item one after the other, as a loop over its range does. A sum of each
+// item's terms that is added as a whole would round differently.
+TEST_F(ThreadCount, SumsAddTermsInTheOrderOfTheirItems) {
+  const auto term = [](std::size_t i) { return std::sin(static_cast<double>(i)); };
+  const double sum = parallel_sum(std::size_t{10007}, std::size_t{64}, [&](std::size_t i, double& total) {
+    total += term(i);
+    total += 1e-3 * term(i);
+  });
+  const double expected = parallel_reduce(
+      std::size_t{10007}, std::size_t{64}, 0.0,
+      [&](std::size_t begin, std::size_t end) {
+        double total = 0;
+        for (std::size_t i = begin; i < end; ++i) {
+          total += term(i);
+          total += 1e-3 * term(i);
+        }
+        return total;
+      },
+      [](double a, double b) { return a + b; });
+  EXPECT_EQ(sum, expected);
+}
+
+// Items are in the order of the loop for any number of threads, and a second call forgets the first one. A
+// list in the order in which threads finish, or one that keeps what other ranges found before, would differ.
+TEST_F(ThreadCount, CollectKeepsTheOrderAndForgetsEarlierCalls) {
+  CollectScratch<int> scratch;
+  std::vector<int> all;
+  for (const int threads : {1, 2, 5}) {
+    set_thread_count(threads);
+    for (const int count : {1000, 10, 0, 500}) {
+      parallel_collect(static_cast<std::size_t>(count), 7, scratch, all,
+                       [](std::size_t i, std::vector<int>& found) {
+                         for (std::size_t k = 0; k < i % 3; ++k) found.push_back(static_cast<int>(i));
+                       });
+      std::vector<int> expected;
+      for (int i = 0; i < count; ++i) expected.insert(expected.end(), static_cast<std::size_t>(i % 3), i);
+      EXPECT_EQ(all, expected) << threads << " threads, " << count << " items";
+    }
+  }
+}
+
 // Calls as short as those of a time step follow each other: helper threads are still looking out for the next
 // call or are already asleep. A lost or repeated chunk would show as a count other than 2000.
 TEST_F(ThreadCount, ManyShortCallsLoseAndRepeatNothing) {
