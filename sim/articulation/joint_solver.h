@@ -167,7 +167,10 @@ class JointSolver {
   };
   // Calls visit(joint, row) for all rows, where `row` is an index into rows_.
   template <class Visit>
-  void for_each_row(Visit&& visit) const;
+  void for_each_row(Visit&& visit) const {
+    for (std::size_t j = 0; j + 1 < first_.size(); ++j)
+      for (std::size_t r = first_[j]; r < first_[j + 1]; ++r) visit(j, r);
+  }
   // Returns the velocity of a row (m/s or rad/s) for the velocities of `rigid`.
   double row_velocity(const RigidBodies& rigid, std::size_t joint, const JointRow& row) const;
   // Applies `impulse` (N s or N m s) on a row to both bodies.
