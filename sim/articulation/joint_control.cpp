@@ -24,7 +24,9 @@ ControlRates rates_along(const Vec3& way, const Vec3& next_way, const Vec3& targ
   const Vec3 target_across = target_rate - target_rate.dot(axis) * axis,
              across = rate - rate.dot(axis) * axis - target_across;
   const double fading = math::exp(-control.damping * dt);
-  const double mean_fading = control.damping * dt > 1e-8 ? (1 - fading) / (control.damping * dt) : 1;
+  // Below this c dt, 1 - c dt / 2 is 1 to 5e-9, and the quotient would lose more digits than that.
+  constexpr double weak = 1e-8;
+  const double mean_fading = control.damping * dt > weak ? (1 - fading) / (control.damping * dt) : 1;
   return {(next - after.value) / dt * axis + target_across + mean_fading * across,
           (target_rate.dot(axis) - after.rate) * axis + target_across + fading * across};
 }
@@ -70,14 +72,16 @@ Vec3 on_axes(const Joint& joint, Vec3 v) {
 ControlError controlled_error(ControlError start, double gain, double damping, double dt) {
   const double half = damping / 2, square = half * half - gain, decay = math::exp(-half * dt);
   // even = exp(-half dt) cosh(a dt) and odd = exp(-half dt) sinh(a dt) / a with a^2 = square; near critical
-  // damping, where a vanishes, their limits.
+  // damping, where a vanishes, their limits. Below this (a dt)^2 the limits are exact to its half, and the
+  // difference of exponentials would lose more digits than that.
+  constexpr double near_critical = 1e-10;
   double even = decay, odd = dt * decay;
-  if (square * dt * dt > 1e-10) {
+  if (square * dt * dt > near_critical) {
     const double a = std::sqrt(square);
     const double slow = math::exp((a - half) * dt), fast = math::exp((-a - half) * dt);
     even = (slow + fast) / 2;
     odd = (slow - fast) / (2 * a);
-  } else if (square * dt * dt < -1e-10) {
+  } else if (square * dt * dt < -near_critical) {
     const double a = std::sqrt(-square);
     even = decay * math::cos(a * dt);
     odd = decay * math::sin(a * dt) / a;

@@ -77,7 +77,10 @@ std::array<Mat3, 4> map_of(const RepulsionPair& pair, const Particles& particles
     inertia +=
         particles.mass[as_index(pair.particle[i])] * (r.squaredNorm() * Mat3::Identity() - r * r.transpose());
   }
-  inertia.diagonal().array() += 1e-14 * inertia.trace();  // keeps I invertible if the particles lie on a line
+  // Keeps I invertible if the particles lie on a line. A larger value would turn other pairs by less than
+  // their moment asks for, relatively by about as much.
+  constexpr double regularization = 1e-14;
+  inertia.diagonal().array() += regularization * inertia.trace();
   const Mat3 turn = skew(arm) * inertia.inverse();
   for (std::size_t i = 0; i < 4; ++i)
     map[i] += particles.mass[as_index(pair.particle[i])] * turn * skew(at[i] - center);
@@ -185,7 +188,12 @@ void ContactForces::add_row(Row& row, const Mat3& response) {
   const double of_normal = row.normal.dot(response * row.normal);
   if (!(of_normal > 0)) return;  // neither side can move along the normal
   row.normal_mass = stiffness_share / of_normal;
-  row.tangential_mass = stiffness_share / std::max((response.trace() - of_normal) / 2, 1e-3 * of_normal);
+  // A point that can move along its normal only has no response along the surface. This fraction of the
+  // normal one bounds its tangential mass; a smaller one would make friction that much stiffer than the
+  // contact.
+  constexpr double min_response = 1e-3;
+  row.tangential_mass =
+      stiffness_share / std::max((response.trace() - of_normal) / 2, min_response * of_normal);
   row.impulse = row.multiplier;
   rows_.push_back(row);
 }

@@ -36,7 +36,7 @@ double elastic_limit(const InternalForces& forces) {
 // by twice the fraction. The stiffness that bounds the step is that of its start, and it must not grow much
 // within the step. Elements that are stretched to ten times their size are inverted by several of their
 // volumes on a displacement of a quarter of their size, and the energy that steps gain from that ends in a
-// impact-up.
+// blow-up.
 constexpr double max_stretching = 0.25;
 // Least step of this bound, as a fraction of the elastic step at rest. A deformation that still grows then is
 // beyond help.

@@ -360,8 +360,12 @@ bool is_above(std::span<const Vec3> corners, const Vec3& normal, const Vec3& x, 
 
 void join_patches(double size, const Pose& guest_in_host, std::size_t begin, std::vector<NearPoint>& touches,
                   ReductionScratch& scratch) {
-  // If two patches are equally wide but for rounding, the same one has to count in every step.
-  const auto width = [](const ContactPatch& patch) { return patch.reversed ? 0.9 * patch.area : patch.area; };
+  // If two patches are equally wide but for rounding, the same one has to count in every step: the area of
+  // reversed ones is multiplied by this, which any fraction well below 1 would do.
+  constexpr double of_reversed = 0.9;
+  const auto width = [](const ContactPatch& patch) {
+    return patch.reversed ? of_reversed * patch.area : patch.area;
+  };
   std::sort(scratch.patches.begin(), scratch.patches.end(),
             [&](const ContactPatch& a, const ContactPatch& b) {
               return std::make_tuple(-width(a), a.number) < std::make_tuple(-width(b), b.number);

@@ -40,9 +40,11 @@ Vec3 friction_impulse(const FrictionContact& contact, const Vec3& velocity, doub
     if (speed > 0) {
       const Vec3 direction = n - contact.friction / speed * tangential;
       const double response = n.dot(K * direction);
-      // With large friction on an eccentric contact the response can vanish. Below a thousandth of that of a
-      // normal impulse, only the normal impulse is used.
-      if (response > 1e-3 * nKn) return change / response * direction;
+      // With large friction on an eccentric contact the response can vanish. Below this fraction of that of a
+      // normal impulse, only the normal impulse is used: a smaller one would let the impulse grow as far
+      // beyond that of a contact without friction.
+      constexpr double min_response = 1e-3;
+      if (response > min_response * nKn) return change / response * direction;
     }
   }
   return change / nKn * n;

@@ -47,7 +47,9 @@ double way_in_from_rim(const LevelSet& shape) { return shape.min_size() / 4 * st
 Vec3 deepest_direction(const Vec3& n, const Quat& orientation) {
   const Vec3 local = orientation.conjugate() * n;
   const double length = math::hypot(local.x(), local.z());
-  const Vec3 direction = length > 1e-9 ? Vec3(-local.x() / length, 0, -local.z() / length) : Vec3::UnitX();
+  constexpr double at_right_angles = 1e-9;  // sine of the angle that counts as zero: rounding of orientations
+  const Vec3 direction =
+      length > at_right_angles ? Vec3(-local.x() / length, 0, -local.z() / length) : Vec3::UnitX();
   return orientation * direction;
 }
 

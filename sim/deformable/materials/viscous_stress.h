@@ -12,7 +12,7 @@ namespace duet {
 /// This is the mean square of the principal stretches. Without the division an element stretched to several
 /// times its length creeps back as many times too slowly. Compressed elements keep their damping (lower limit
 /// 1). Beyond 16 more stretch again brings more damping, without which elements of 1e7 Pa that are let go at
-/// 16 times their length impact up.
+/// 16 times their length blow up.
 template <class T>
 T excess_damping(const Matrix3<T>& F) {
   T square = T{};
