@@ -40,7 +40,11 @@ void add_exports(const SimulateOptions& options, Outcome& outcome, Report& repor
   }
 }
 
-void add_simulate(CLI::App& app, CommandLine& line, bool draw) {
+// Whether a command draws what it simulates.
+enum class Pictures { are_drawn, are_left_out };
+
+void add_simulate(CLI::App& app, CommandLine& line, Pictures pictures) {
+  const bool draw = pictures == Pictures::are_drawn;
   SimulateOptions& options = line.simulate;
   add_scene(app, options.scene)->required();
   app.add_option("--out", options.out,
@@ -440,8 +444,8 @@ void add_commands(CLI::App& app, CommandLine& line) {
               line);
   add_simulate(
       *app.add_subcommand("run", "Simulate and draw a scene, and encode a video when ffmpeg is there"), line,
-      true);
-  add_simulate(*app.add_subcommand("sim", "Simulate a scene"), line, false);
+      Pictures::are_drawn);
+  add_simulate(*app.add_subcommand("sim", "Simulate a scene"), line, Pictures::are_left_out);
   add_render(*app.add_subcommand("render", "Draw the frames of a run"), line);
   add_encode_and_farm(app, line);
 

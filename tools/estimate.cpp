@@ -130,10 +130,6 @@ std::uintmax_t whole(double bytes) { return static_cast<std::uintmax_t>(std::max
 
 }  // namespace
 
-double RunEstimate::total_bytes(bool with_pictures) const {
-  return (frames + 1.0) * (frame_bytes + (with_pictures ? picture_bytes : 0)) + other_bytes;
-}
-
 std::optional<double> RunEstimate::simulation_seconds() const {
   if (measured && sample &&
       sample->processor_seconds > 0)  // the table's processor time, on as many threads as here
@@ -243,7 +239,7 @@ void use_table(const SceneChoice& choice, const std::optional<CostTable>& table,
 
 std::vector<std::string> resource_warnings(const RunEstimate& estimate) {
   std::vector<std::string> warnings;
-  const double needed = estimate.total_bytes(true);
+  const double needed = estimate.bytes_with_pictures();
   if (estimate.free_bytes > 0 && needed > estimate.free_bytes)
     warnings.push_back(fmt::format(
         "a run of {} frames takes about {}, and {} has {} free: give --out on another file system, fewer "
@@ -298,11 +294,11 @@ std::string text_of(const RunEstimate& estimate, const std::optional<CostTable>&
   text += fmt::format("  simulating {} frames: {}; drawing them: {}{}\n", estimate.frames,
                       all(estimate.simulation_seconds()), all(estimate.drawing_seconds()),
                       estimate.sample ? "" : " (not measured here)");
-  text +=
-      fmt::format("  disk: {} a frame and {} a picture, {} in all, with pictures {}; {} free in {}\n",
-                  size_text(whole(estimate.frame_bytes)), size_text(whole(estimate.picture_bytes)),
-                  size_text(whole(estimate.total_bytes(false))), size_text(whole(estimate.total_bytes(true))),
-                  size_text(whole(estimate.free_bytes)), estimate.folder);
+  text += fmt::format("  disk: {} a frame and {} a picture, {} in all, with pictures {}; {} free in {}\n",
+                      size_text(whole(estimate.frame_bytes)), size_text(whole(estimate.picture_bytes)),
+                      size_text(whole(estimate.bytes_without_pictures())),
+                      size_text(whole(estimate.bytes_with_pictures())), size_text(whole(estimate.free_bytes)),
+                      estimate.folder);
   text +=
       fmt::format("  memory: {} and for drawing {}; {} available\n", size_text(whole(estimate.memory)),
                   size_text(whole(estimate.drawing_memory)),
@@ -317,7 +313,7 @@ nlohmann::json json_of(const RunEstimate& estimate) {
                  {"bytes_a_frame", estimate.frame_bytes},
                  {"picture_bytes", estimate.picture_bytes},
                  {"other_bytes", estimate.other_bytes},
-                 {"bytes", estimate.total_bytes(true)},
+                 {"bytes", estimate.bytes_with_pictures()},
                  {"free_bytes", estimate.free_bytes},
                  {"memory", estimate.memory},
                  {"drawing_memory", estimate.drawing_memory},

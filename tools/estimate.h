@@ -43,8 +43,10 @@ struct RunEstimate {
   double free_bytes = 0;              // free on it
   double free_memory = 0;             // available to this program, with what it has; 0: unknown
 
-  // Returns the bytes of the run with frame 0; with_pictures: of `duet run`.
-  double total_bytes(bool with_pictures) const;
+  // Returns the bytes of a run of `duet sim`, with frame 0.
+  double bytes_without_pictures() const { return (frames + 1.0) * frame_bytes + other_bytes; }
+  // Returns the bytes of a run of `duet run`, with frame 0.
+  double bytes_with_pictures() const { return (frames + 1.0) * (frame_bytes + picture_bytes) + other_bytes; }
   // Returns the wall time (s) of simulating all frames; empty: unknown.
   std::optional<double> simulation_seconds() const;
   // Returns the wall time (s) of drawing all frames; empty: unknown.

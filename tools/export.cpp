@@ -174,7 +174,9 @@ Outcome export_run(const ExportOptions& options, Report& report) {
 
   const fs::path target = target_of(options, format, run, exported.manifest());
   require_replaceable(target, format.ending == nullptr);
-  io::Staging staging(target, options.overwrite, format.ending == nullptr);
+  using Staging = io::Staging;
+  Staging staging(target, format.ending == nullptr ? Staging::Kind::folder : Staging::Kind::file,
+                  options.overwrite ? Staging::OldTarget::is_replaced : Staging::OldTarget::is_kept);
   const int last = exported.frames().back(), count = static_cast<int>(exported.frames().size());
   const auto begin = std::chrono::steady_clock::now();
   report.start(exported.manifest().title, target.string(), exported.frames().front(), last, 0);

@@ -16,7 +16,7 @@ FrameDrawer::FrameDrawer(const scene::Scene& scene, const io::Manifest& manifest
 }
 
 FrameDrawer::~FrameDrawer() {
-  close(true);
+  close(Waiting::are_dropped);
   if (thread_.joinable()) thread_.join();
 }
 
@@ -28,7 +28,7 @@ void FrameDrawer::add(int frame) {
 }
 
 bool FrameDrawer::finish(std::chrono::steady_clock::time_point until) {
-  close(false);
+  close(Waiting::are_drawn);
   bool in_time = false;
   {
     std::unique_lock lock(mutex_);
@@ -39,16 +39,16 @@ bool FrameDrawer::finish(std::chrono::steady_clock::time_point until) {
       changed_.wait(lock, [this] { return ended_ || drawn_ > 0; });
     in_time = ended_ || waiting_.empty();
   }
-  if (!in_time) close(true);
+  if (!in_time) close(Waiting::are_dropped);
   thread_.join();
   if (failure_) std::rethrow_exception(failure_);
   return in_time;
 }
 
-void FrameDrawer::close(bool drop_waiting) {
+void FrameDrawer::close(Waiting waiting) {
   const std::lock_guard lock(mutex_);
   closed_ = true;
-  if (drop_waiting) waiting_.clear();
+  if (waiting == Waiting::are_dropped) waiting_.clear();
   changed_.notify_all();
 }
 

@@ -42,8 +42,10 @@ class FrameDrawer {
   void work(const scene::Scene& scene, const io::Manifest& manifest);
   // Draws queued frames until the queue is closed and empty, or the program is interrupted.
   void draw_frames(render::SequenceRenderer& renderer);
-  // Ends the queue; `drop_waiting` empties it as well.
-  void close(bool drop_waiting);
+  // Whether frames that wait in a queue that ends are drawn.
+  enum class Waiting { are_drawn, are_dropped };
+  // Ends the queue.
+  void close(Waiting waiting);
 
   const io::RunDirectory& run_;
   Report& report_;

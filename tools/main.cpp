@@ -132,14 +132,14 @@ int run_program(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    Report report(line.quiet, line.json);
+    Report report({.quiet = line.quiet, .json = line.json});
     if (error.get_exit_code() == 0) return print_help(app, error, report);
     report.error(usage_message(app, error, argc > 1 ? argv[1] : ""));
     report.outcome({ExitStatus::usage, "bad usage, nothing was done"});
     return static_cast<int>(ExitStatus::usage);
   }
   catch_interrupts();
-  Report report(line.quiet, line.json);
+  Report report({.quiet = line.quiet, .json = line.json});
   const Outcome outcome = run_command(line, report);
   if (!outcome.text.empty()) report.outcome(outcome);
   return static_cast<int>(outcome.status);

@@ -67,8 +67,8 @@ void print(const std::string& text) {
     throw io::system_error("standard output", "cannot write", errno);
 }
 
-Report::Report(bool quiet, bool json)
-    : quiet_(quiet), json_(json), live_(!quiet && !json && ::isatty(STDOUT_FILENO) == 1) {}
+Report::Report(const ReportStyle& style)
+    : quiet_(style.quiet), json_(style.json), live_(!quiet_ && !json_ && ::isatty(STDOUT_FILENO) == 1) {}
 
 void Report::start(const std::string& what, const std::string& folder, int first_frame, int last_frame,
                    int frames_to_draw) {

@@ -32,13 +32,18 @@ std::string json_text(const nlohmann::ordered_json& object, int indent = -1);
 // Throws FileError if it cannot be written. A closed pipe is no error.
 void print(const std::string& text);
 
+// How a Report shows what it is told: options of the command line.
+struct ReportStyle {
+  bool quiet = false;  // true: only the outcome
+  bool json = false;   // true: a JSON object a line
+};
+
 // Shows the progress of a long command on standard output: one live line on a terminal, otherwise a line for
-// each frame; with `json` a JSON object a line; with `quiet` only the outcome. Errors go to standard error in
-// all cases. Safe to use from several threads.
+// each frame, or what ReportStyle says. Errors go to standard error in all cases. Safe to use from several
+// threads.
 class Report {
  public:
-  // `quiet` and `json` are the options of the command line.
-  Report(bool quiet, bool json);
+  explicit Report(const ReportStyle& style);
 
   // Announces the work: `what` is its title, `folder` where results go, `first_frame` to `last_frame` what
   // will be simulated. `frames_to_draw` is 0 if nothing will be drawn.
@@ -50,7 +55,7 @@ class Report {
   void drawn(int frame, double seconds);
   // Reports an exported frame, the `done`-th of `of`.
   void exported(int frame, int done, int of);
-  // Prints a note, unless `quiet`.
+  // Prints a note, unless the report is quiet.
   void note(const std::string& text);
   // Prints an error to standard error, and keeps its text for the outcome.
   void error(const std::string& text);

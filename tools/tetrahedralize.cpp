@@ -125,7 +125,8 @@ Outcome tetrahedralize(const TetrahedralizeOptions& options, Report& report) {
   const LevelSet inside = fine_level_set(surface, wanted);
   Filling result;
   result.spacing = wanted.value_or(default_spacing(inside));
-  const TetMesh mesh = duet::tetrahedralize(inside, result.spacing, options.graded);
+  const TetMesh mesh =
+      duet::tetrahedralize(inside, result.spacing, options.graded ? CellSizes::graded : CellSizes::uniform);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (mesh.tets.empty())
     throw Error(

@@ -222,7 +222,9 @@ Outcome view(const ViewOptions& options, Report& report) {
   const io::Manifest manifest = io::read_manifest(run);
   const fs::path target = options.out.empty() ? run.root / "view.html" : fs::path(options.out);
   require_replaceable(target);
-  io::Staging staging(target, options.overwrite, false);
+  io::Staging staging(
+      target, io::Staging::Kind::file,
+      options.overwrite ? io::Staging::OldTarget::is_replaced : io::Staging::OldTarget::is_kept);
   Contents contents;
   contents.run = summary(manifest);
   contents.run["stats"] = read_columns(run, contents.notes);

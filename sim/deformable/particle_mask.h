@@ -15,9 +15,12 @@ class ParticleMask {
   /// Number of particles in a chunk; also the grain of the parallel loops over particles that use masks.
   static constexpr std::size_t chunk = 512;
 
-  /// Makes the mask one of `particles` particles that holds all of them (`in`) or none.
-  void assign(std::size_t particles, bool in) { chunks_.assign((particles + chunk - 1) / chunk, in); }
-  /// Makes the mask one of no particles: has() must not be called before the next assign().
+  /// Makes the mask one of `particles` particles that holds all of them.
+  void assign_all(std::size_t particles) { chunks_.assign((particles + chunk - 1) / chunk, true); }
+  /// Makes the mask one of `particles` particles that holds none of them.
+  void assign_none(std::size_t particles) { chunks_.assign((particles + chunk - 1) / chunk, false); }
+  /// Makes the mask one of no particles: has() must not be called before the next assign_all() or
+  /// assign_none().
   void clear() { chunks_.clear(); }
   /// Adds the chunks of the particles [begin, end).
   void add(std::size_t begin, std::size_t end) {

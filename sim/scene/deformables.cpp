@@ -16,7 +16,8 @@ Curve rest_curve(const DeformableShape& shape) {
     return helix(shape.radius, shape.pitch, shape.turns, shape.segments);
   if (shape.kind == DeformableKind::knot)
     return torus_knot(shape.radius, shape.tube, shape.winding.x(), shape.winding.y(), shape.segments);
-  return curve_through(shape.points, shape.segments, shape.is_closed);
+  return curve_through(shape.points, shape.segments,
+                       shape.is_closed ? CurveEnds::are_joined : CurveEnds::are_apart);
 }
 
 std::vector<Vec3> rest_nodes(const DeformableBody& body) {

@@ -181,9 +181,9 @@ class Search {
 
 }  // namespace
 
-CgResult solve_islands(VelocitySystem& system, ContactProjection* projection, BlockJacobi& masses, bool anew,
-                       Islands& islands, const GeneralizedVelocity& b, double tolerance, int max_iterations,
-                       GeneralizedVelocity& x, IslandSearch& scratch) {
+CgResult solve_islands(VelocitySystem& system, ContactProjection* projection, BlockJacobi& masses,
+                       AssembleBlocks blocks, Islands& islands, const GeneralizedVelocity& b,
+                       double tolerance, int max_iterations, GeneralizedVelocity& x, IslandSearch& scratch) {
   DUET_ASSERT(tolerance >= 0 && max_iterations >= 0);
   GeneralizedVelocity &r = scratch.residual, &s = scratch.direction, &q = scratch.image;
   Search search(system, islands, scratch);
@@ -193,7 +193,7 @@ CgResult solve_islands(VelocitySystem& system, ContactProjection* projection, Bl
     result.converged = result.residual <= tolerance;
     return result;
   };
-  if (anew) VelocitySystem::forget(masses);  // also if this solve assembles none
+  if (blocks == AssembleBlocks::all) VelocitySystem::forget(masses);  // also if this solve assembles none
   system.apply(x, q);
   system.accumulate(1);
   VelocitySystem::subtract(b, q, r);
@@ -204,7 +204,7 @@ CgResult solve_islands(VelocitySystem& system, ContactProjection* projection, Bl
   if (islands.searched() == 0) return finish();
 
   const Limits limits(system, projection, islands);
-  system.use(masses, false);
+  system.use(masses, AssembleBlocks::missing);
   system.apply_preconditioner(r);
   if (projection) projection->use_inverse_masses(&masses.inverse);
   for (int i = 0; i < first_projections; ++i) system.project(r);

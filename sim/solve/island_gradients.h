@@ -29,12 +29,12 @@ struct IslandSearch {
 
 /// Solves P A P x = P b as conjugate_gradient(), island by island, starting from `x`. `b` is in the mass
 /// inner product of the particles' own masses. Islands whose start is good enough in that inner product cost
-/// one product only. For the others the block-Jacobi preconditioner `masses` is assembled: again for all
-/// particles if `anew`, else only where it has not been assembled yet. `system` and `projection` (or null)
+/// one product only. For the others the block-Jacobi preconditioner `masses` is assembled, with
+/// those of its `blocks`. `system` and `projection` (or null)
 /// work with it until the function returns. On return `islands` has no searched island that has converged.
 /// The result holds the largest norm (m/s) of all islands.
-CgResult solve_islands(VelocitySystem& system, ContactProjection* projection, BlockJacobi& masses, bool anew,
-                       Islands& islands, const GeneralizedVelocity& b, double tolerance, int max_iterations,
-                       GeneralizedVelocity& x, IslandSearch& search);
+CgResult solve_islands(VelocitySystem& system, ContactProjection* projection, BlockJacobi& masses,
+                       AssembleBlocks blocks, Islands& islands, const GeneralizedVelocity& b,
+                       double tolerance, int max_iterations, GeneralizedVelocity& x, IslandSearch& search);
 
 }  // namespace duet

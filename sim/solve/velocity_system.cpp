@@ -45,12 +45,12 @@ void resize_like(const GeneralizedVelocity& from, GeneralizedVelocity& to) {
 
 }  // namespace
 
-VelocitySystem::VelocitySystem(Bodies& bodies, double dt, bool implicit_elasticity,
+VelocitySystem::VelocitySystem(Bodies& bodies, double dt, ImplicitForces forces,
                                const ContactProjection* projection, std::vector<Vec3>& force_scratch,
                                std::vector<Mat3>& inertia_scratch)
     : bodies_(bodies),
       dt_(dt),
-      implicit_elasticity_(implicit_elasticity),
+      implicit_elasticity_(forces == ImplicitForces::damping_and_elasticity),
       projection_(projection),
       force_(force_scratch),
       inertia_(inertia_scratch) {
@@ -79,16 +79,16 @@ void VelocitySystem::limit_to(const Islands* islands) {
   bodies_.forces.limit_to(islands ? &islands->mask() : nullptr);
 }
 
-void VelocitySystem::use(BlockJacobi& masses, bool anew) {
+void VelocitySystem::use(BlockJacobi& masses, AssembleBlocks blocks) {
   masses_ = &masses;
   const Particles& particles = bodies_.particles;
   masses.mass.resize(particles.size());
   masses.inverse.resize(particles.size());
-  if (anew) forget(masses);
+  if (blocks == AssembleBlocks::all) forget(masses);
   if (islands_)
     masses.wanted = islands_->mask();
   else
-    masses.wanted.assign(particles.size(), true);
+    masses.wanted.assign_all(particles.size());
   masses.wanted.take_new(masses.known);
   const auto for_each_wanted = [&](auto&& work) {
     constexpr std::size_t chunk = ParticleMask::chunk;
@@ -187,14 +187,9 @@ void VelocitySystem::project(GeneralizedVelocity& v) const {
 
 double VelocitySystem::inner(const GeneralizedVelocity& u, const GeneralizedVelocity& v) const {
   DUET_ASSERT(u.particle.size() == v.particle.size() && u.linear.size() == v.linear.size());
-  double sum = parallel_reduce(
-      u.particle.size(), particles_at_once, 0.0,
-      [&](std::size_t begin, std::size_t end) {
-        double part = 0;
-        for (std::size_t p = begin; p < end; ++p) part += particle_inner(p, u.particle[p], v.particle[p]);
-        return part;
-      },
-      [](double a, double b) { return a + b; });
+  double sum = parallel_sum(u.particle.size(), particles_at_once, [&](std::size_t p, double& part) {
+    part += particle_inner(p, u.particle[p], v.particle[p]);
+  });
   for (std::size_t i = 0; i < u.linear.size(); ++i) sum += rigid_inner(i, u, v);
   return sum;
 }
@@ -231,16 +226,6 @@ void VelocitySystem::axpy(double alpha, const GeneralizedVelocity& x, Generalize
 
 void VelocitySystem::xpay(const GeneralizedVelocity& x, double beta, GeneralizedVelocity& y) {
   for_each_entry(x, y, [beta](const Vec3& a, Vec3& b) { b = a + beta * b; });
-}
-
-void to_generalized(const Bodies& bodies, GeneralizedVelocity& out) {
-  out.particle = bodies.particles.v;
-  out.linear.resize(bodies.rigid.size());
-  out.angular.resize(bodies.rigid.size());
-  for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
-    out.linear[i] = bodies.rigid.state[i].velocity;
-    out.angular[i] = bodies.rigid.state[i].angular_velocity;
-  }
 }
 
 }  // namespace duet

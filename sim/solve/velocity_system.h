@@ -21,6 +21,18 @@ struct BlockJacobi {
       wanted;                        ///< Scratch: particles whose blocks are being assembled.
 };
 
+/// The forces that a velocity solve treats implicitly.
+enum class ImplicitForces {
+  damping,                ///< Damping forces alone: semi-implicit steps.
+  damping_and_elasticity  ///< Elastic forces, too.
+};
+
+/// Which blocks of the block-Jacobi preconditioner are assembled for the present deformation.
+enum class AssembleBlocks {
+  all,     ///< All that a solve needs.
+  missing  ///< Only those that have not been assembled yet; the others stay as they are.
+};
+
 /// The operator A of the velocity solves. It is self-adjoint and positive definite in the mass inner product
 ///   <u, v> = sum m u.v + sum (M u_lin.v_lin + u_ang.I v_ang)
 /// over particles and rigid bodies, with the block-Jacobi masses in place of m after use().
@@ -29,7 +41,7 @@ class VelocitySystem {
   /// Makes the operator for a solve of `dt` (s). A null `projection` means no constraints. Damping forces are
   /// those of the deformation at the last elastic evaluation, and dF that of the last linearization. The
   /// scratch vectors are resized and must outlive the system.
-  VelocitySystem(Bodies& bodies, double dt, bool implicit_elasticity, const ContactProjection* projection,
+  VelocitySystem(Bodies& bodies, double dt, ImplicitForces forces, const ContactProjection* projection,
                  std::vector<Vec3>& force_scratch, std::vector<Mat3>& inertia_scratch);
   /// Asks for the damping forces of the solution, which are added to `force` (N) without another product:
   /// accumulate() sums them up from those of the vectors that make up the solution. Products in single
@@ -42,10 +54,10 @@ class VelocitySystem {
   /// moment that rounding gives them on each body. Call it after the solve.
   void finish();
 
-  /// Makes the system work in the inner product of `masses`, as the projection must, too. Assembles the
-  /// blocks that are needed and missing for the present deformation; if `anew`, assembles all needed blocks
-  /// again. The right side, or a residual, must then go through apply_preconditioner().
-  void use(BlockJacobi& masses, bool anew);
+  /// Makes the system work in the inner product of `masses`, as the projection must, too. Assembles
+  /// `blocks` of those that are needed. The right side, or a residual, must then go through
+  /// apply_preconditioner().
+  void use(BlockJacobi& masses, AssembleBlocks blocks);
   /// Marks all blocks of `masses` as missing.
   static void forget(BlockJacobi& masses) { masses.known.clear(); }
   /// Multiplies the particles of a right side or residual by (m + dt C)^-1 m, which takes it to the inner
@@ -142,8 +154,5 @@ class VelocitySystem {
   const BlockJacobi* masses_ = nullptr;
   std::vector<Mat3>& inertia_;  // kg m^2, for each rigid body, world axes
 };
-
-/// Copies the velocities of all particles and rigid bodies to `out`, which is resized.
-void to_generalized(const Bodies& bodies, GeneralizedVelocity& out);
 
 }  // namespace duet

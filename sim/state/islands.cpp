@@ -73,7 +73,7 @@ void Islands::finish() {
   ranges_ = bodies_;
   for (Range& range : ranges_) range.island = as_index(island_[range.island]);
   in_ranges_ = left_;
-  mask_.assign(node_of_.size(), true);
+  mask_.assign_all(node_of_.size());
 }
 
 bool Islands::has_joints() const {
@@ -86,7 +86,7 @@ void Islands::update() {
   if (in_ranges_ == left_) return;
   in_ranges_ = left_;
   std::erase_if(ranges_, [&](const Range& range) { return !searched_[range.island]; });
-  mask_.assign(node_of_.size(), false);
+  mask_.assign_none(node_of_.size());
   for (const Range& range : ranges_) mask_.add(range.begin, range.end);
 }
 

@@ -133,7 +133,8 @@ void keep_acceleration(const Bodies& bodies, double dt, StepContext& context) {
 // Solves for V with the explicit forces in context.force, and adds the damping forces to these. Without
 // internal forces nothing is solved for.
 void solve_semi_implicitly(World& world, StepContext& context, double dt, ContactProjection* projection,
-                           bool at_end) {
+                           SolveOf stage) {
+  const bool is_first = stage == SolveOf::advance_velocity;
   Bodies& bodies = world.bodies;
   Particles& particles = bodies.particles;
   const bool elastic = world.has_internal_forces();
@@ -146,13 +147,14 @@ void solve_semi_implicitly(World& world, StepContext& context, double dt, Contac
   if (world.has(Effect::incompressibility))
     add_held_pressures(world, context, dt, context.right_side.particle);
   context.solution = context.right_side;
-  satisfy_contacts(bodies, dt, at_end ? context.surface_friction : context.surface_friction_n, context,
+  satisfy_contacts(bodies, dt, is_first ? context.surface_friction_n : context.surface_friction, context,
                    projection);
   if (!elastic) return;
   world.clock.time(Stage::damping_solve, [&] {
     begin_at_last_acceleration(bodies, dt, context, projection);
     // The preconditioner of I.1 serves V.2 as well: half a step hardly changes it.
-    if (solve_with_damping(world, context, dt, projection, !at_end)) keep_acceleration(bodies, dt, context);
+    const AssembleBlocks blocks = is_first ? AssembleBlocks::all : AssembleBlocks::missing;
+    if (solve_with_damping(world, context, dt, projection, blocks)) keep_acceleration(bodies, dt, context);
   });
 }
 
@@ -190,15 +192,16 @@ void leave_solved(const World& world, StepContext& context) {
 }  // namespace
 
 bool solve_with_damping(World& world, StepContext& context, double dt, ContactProjection* projection,
-                        bool anew) {
+                        AssembleBlocks blocks) {
   context.islands.begin(world.bodies);
   if (projection) projection->join(context.islands);
   context.islands.finish();
-  if (!anew) leave_solved(world, context);
-  VelocitySystem system(world.bodies, dt, false, projection, context.damping_force, context.inertia);
+  if (blocks == AssembleBlocks::missing) leave_solved(world, context);
+  VelocitySystem system(world.bodies, dt, ImplicitForces::damping, projection, context.damping_force,
+                        context.inertia);
   system.collect_forces(context.force, context.force_in_single);
   const CgResult result = solve_islands(
-      system, projection, context.block_jacobi, anew, context.islands, context.right_side,
+      system, projection, context.block_jacobi, blocks, context.islands, context.right_side,
       world.settings.cg_tolerance, world.settings.cg_iterations, context.solution, context.island_search);
   system.finish();
   world.counters.cg_iterations += result.iterations;
@@ -206,11 +209,11 @@ bool solve_with_damping(World& world, StepContext& context, double dt, ContactPr
 }
 
 void solve_velocity(World& world, StepContext& context, double dt, const KnownForces& known,
-                    ContactProjection* projection, bool at_end) {
+                    ContactProjection* projection, SolveOf stage) {
   Particles& particles = world.bodies.particles;
   begin_solve(world, context, dt, known);
   if (!world.settings.implicit_elasticity || !world.has_internal_forces()) {
-    solve_semi_implicitly(world, context, dt, projection, at_end);
+    solve_semi_implicitly(world, context, dt, projection, stage);
     return;
   }
   // The search begins at free flight of every particle, or at rest within each moving body if the incremental
@@ -239,12 +242,12 @@ void add_joint_drive(const Bodies& bodies, const RigidForces& drive, double dt, 
   }
 }
 
-void apply_rigid_fallback(const World& world, StepContext& context, bool after_contact) {
+void apply_rigid_fallback(const World& world, StepContext& context, FallbackFrom from) {
   const Particles& particles = world.bodies.particles;
   std::vector<Vec3>& whole = context.correction.particle;
   whole.resize(particles.size());
   const Vec3 fall = 0.5 * context.dt * world.gravity;
-  if (after_contact)
+  if (from == FallbackFrom::solution)
     move_as_wholes(world.bodies, context.solution.particle, Vec3::Zero(), whole);
   else
     move_as_wholes(world.bodies, particles.v, fall, whole);
@@ -255,7 +258,7 @@ void apply_rigid_fallback(const World& world, StepContext& context, bool after_c
     taken += particles.mass[p] * (context.solution.particle[p] - whole[p]).squaredNorm();
     left += particles.mass[p] * context.newton_residual.particle[p].squaredNorm();
   }
-  if (after_contact && left < taken) return;
+  if (from == FallbackFrom::solution && left < taken) return;
   context.solution.particle = whole;
 }
 
@@ -325,7 +328,8 @@ void advance_semi_implicitly(World& world, StepContext& context) {
   find_explicit_forces(world, context);
   const double seconds = damping_at(world) * context.dt;
   if (world.has_internal_forces()) bodies.forces.add_turn_forces(particles.v, seconds, context.force);
-  solve_velocity(world, context, seconds, {&context.joint_drive_n, seconds}, projection, false);
+  solve_velocity(world, context, seconds, {&context.joint_drive_n, seconds}, projection,
+                 SolveOf::advance_velocity);
   for (std::size_t p = 0; p < particles.size(); ++p)
     particles.v[p] += dt * particles.inverse_mass[p] * context.force[p];
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
@@ -345,9 +349,9 @@ void advance_implicitly(World& world, StepContext& context) {
     joints->add_joints(context.joints);
   }
   const double dt = context.dt / 2;
-  solve_velocity(world, context, dt, {&context.joint_drive_n, dt}, joints, false);
+  solve_velocity(world, context, dt, {&context.joint_drive_n, dt}, joints, SolveOf::advance_velocity);
   bodies.particles.x = context.x_n;
-  if (!context.converged) apply_rigid_fallback(world, context, false);
+  if (!context.converged) apply_rigid_fallback(world, context, FallbackFrom::start);
   VelocitySystem::subtract(context.solution, context.right_side, context.solved_change);
   // Later stages give what the solve knows: applied forces, control, friction and limits of joints.
   add_applied(world, -dt, context.solution);

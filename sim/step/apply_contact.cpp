@@ -66,7 +66,8 @@ void find_drive(const JointSolver& joints, const std::vector<double>& impulses, 
 
 void control_joints(World& world, StepContext& context, ContactSolve solve) {
   if (world.touches())
-    context.articulated_response.prepare(world.bodies, context.joints, true, context.contacts);
+    context.articulated_response.prepare(world.bodies, context.joints, ControlledJoints::are_held,
+                                         context.contacts);
   context.joints.begin_impulses(world.bodies.articulation, duration_of(context, solve));
   if (solve == ContactSolve::at_end) context.joint_forces.hand_to(context.joints);
   solve_joints(world, context, solve);
@@ -92,13 +93,15 @@ void solve_contacts(World& world, StepContext& context, ContactSolve solve) {
 const ArticulatedResponse* link_active_contacts(World& world, StepContext& context) {
   for (ContactPoint& contact : context.contacts.points)
     if (!contact.impulse.isZero(0)) update_geometry(world.bodies, contact);
-  return context.articulated_response.prepare(world.bodies, context.joints, false, context.contacts);
+  return context.articulated_response.prepare(world.bodies, context.joints, ControlledJoints::are_free,
+                                              context.contacts);
 }
 
 void find_contact_graph(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
-  build_contact_graph(bodies, world.gravity, world.has(Effect::rigid_contact), context.contacts,
-                      context.graph);
+  build_contact_graph(bodies, world.gravity,
+                      world.has(Effect::rigid_contact) ? RigidPairs::are_active : RigidPairs::are_left_out,
+                      context.contacts, context.graph);
   if (world.has(Effect::shock_propagation)) build_shock_layers(context.contacts, context.graph);
   set_path_velocities(bodies, context.kinematic, context.graph, context.contacts);
   find_speculative_targets(context.dt, world.settings.orientation, context.graph, bodies, context.contacts);

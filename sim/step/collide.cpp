@@ -25,7 +25,8 @@ void collide(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   ArticulatedResponse* articulated_response =
       world.has(Effect::articulation)
-          ? context.articulated_response.prepare(bodies, context.joints, false, context.contacts)
+          ? context.articulated_response.prepare(bodies, context.joints, ControlledJoints::are_free,
+                                                 context.contacts)
           : nullptr;
   if (articulated_response) articulated_response->begin(bodies.rigid);
   process_collisions(bodies, context.difference, context.dt, world.settings.collision, articulated_response,

@@ -31,7 +31,7 @@ void ContactTally::end_stage(const World& world, Stage stage) {
   if (!step_.fits(world.bodies)) step_.reset(world.bodies);  // tests may run stages without a step
   switch (stage) {
     case Stage::collisions:
-      return add_contacts(world.bodies, context.contacts, context.collision_scratch.pairs, false);
+      return add_contacts(world.bodies, context.contacts, context.collision_scratch.pairs, Pairs::all);
     case Stage::contacts_at_end:
       return visit_turned(context.first_frames, context.contacts,
                           [&](int body, const Vec3& impulse, const Vec3& angular) {
@@ -39,7 +39,7 @@ void ContactTally::end_stage(const World& world, Stage stage) {
                             step_.angular[as_index(body)] += angular;
                           });
     case Stage::contact_at_end:
-      return add_contacts(world.bodies, context.contacts, context.graph.pairs, true);
+      return add_contacts(world.bodies, context.contacts, context.graph.pairs, Pairs::active);
     case Stage::contact_in_solve_at_end:  // V.4 applies the impulses of contacts; those of pairs remain
       if (context.solved.searched() > 0) context.contact_forces.add_pair_impulses(step_.particle);
       return;
@@ -56,14 +56,14 @@ void ContactTally::end_stage(const World& world, Stage stage) {
 }
 
 void ContactTally::add_contacts(const Bodies& bodies, const ContactSet& contacts,
-                                const std::vector<int>& pairs, bool only_active) {
+                                const std::vector<int>& pairs, Pairs which) {
   const auto push = [&](int body, const Vec3& arm, const Vec3& impulse) {
     step_.linear[as_index(body)] += impulse;
     step_.angular[as_index(body)] += arm.cross(impulse);
   };
   for (const int p : pairs) {
     const ContactPair& pair = contacts.pairs[as_index(p)];
-    if (only_active && !pair.active) continue;
+    if (which == Pairs::active && !pair.active) continue;
     if (pair.guest_rigid >= 0) {
       step_.angular[as_index(pair.guest_rigid)] += pair.angular_impulse;
       step_.angular[as_index(pair.host)] -= pair.angular_impulse;

@@ -55,9 +55,11 @@ class ContactTally {
   const ContactSums& of_frame() const { return frame_; }
 
  private:
-  // Adds the impulses that the contacts of these pairs hold, inactive ones left out if `only_active`.
+  // Which pairs of bodies count.
+  enum class Pairs { all, active };
+  // Adds the impulses that the contacts of these pairs hold.
   void add_contacts(const Bodies& bodies, const ContactSet& contacts, const std::vector<int>& pairs,
-                    bool only_active);
+                    Pairs which);
   void add_self_collisions(const World& world);
   // Adds the impulses by which the projection of pressures differs from the pressures alone.
   void add_answer_to_pressures(const World& world);

@@ -14,7 +14,7 @@ void find_damping(World& world, StepContext& context) {
   to_generalized(bodies, context.right_side);
   context.solution = context.right_side;
   context.force.assign(bodies.particles.size(), Vec3::Zero());
-  solve_with_damping(world, context, context.dt, &context.projection, true);
+  solve_with_damping(world, context, context.dt, &context.projection, AssembleBlocks::all);
 }
 
 // Adds dt P M^-1 F to the velocities, with the forces F in context.force. Forces and impulses of contact keep

@@ -20,7 +20,8 @@ constexpr std::size_t grain = 2048;  // particles per task of a parallel loop
 // holds in the preconditioned norm and in the largest velocity; the preconditioned norm alone hardly sees a
 // motion of a whole stiff body.
 constexpr double forcing_share = 0.01;
-constexpr double rounding_share = 1e-24;  // fraction of the squared residual that is rounding
+// Fraction of the squared residual that is rounding: sums of many terms lose up to four of sixteen digits.
+constexpr double rounding_share = 1e-24;
 // A Newton correction is shortened if the residual along it turns against it by more than this fraction of
 // its value at the start.
 constexpr double slope_share = 0.5;
@@ -76,8 +77,9 @@ class Search {
       : world_(world),
         context_(context),
         problem_(problem),
-        system_(world.bodies, problem.dt, problem.is_elastic, problem.projection, context.damping_force,
-                context.inertia) {
+        system_(world.bodies, problem.dt,
+                problem.is_elastic ? ImplicitForces::damping_and_elasticity : ImplicitForces::damping,
+                problem.projection, context.damping_force, context.inertia) {
     system_.limit_to(problem.islands);
     tolerance_ = world.settings.cg_tolerance;
     if (problem.contacts && !world.settings.implicit_elasticity) tolerance_ *= contact_share;
@@ -173,8 +175,8 @@ class Search {
   }
 
   // Sets context.unconstrained to the residual b + dt M^-1 F - V (m/s), with the impulses of contacts, and
-  // context.imbalance to P times it. With elasticity all forces are those at x^n + dt V; the particles and
-  // the elements' state of deformation are left there, and context.force holds the elastic forces and
+  // context.newton_residual to P times it. With elasticity all forces are those at x^n + dt V; the particles
+  // and the elements' state of deformation are left there, and context.force holds the elastic forces and
   // gravity.
   void evaluate() {
     Bodies& bodies = world_.bodies;
@@ -253,7 +255,7 @@ class Search {
     Bodies& bodies = world_.bodies;
     if (problem_.is_elastic) {
       bodies.forces.linearize();
-      find_blocks(world_, context_, problem_.dt, true);
+      find_blocks(world_, context_, problem_.dt, ImplicitForces::damping_and_elasticity);
     }
     context_.blocks.add(bodies, context_.inertia, problem_.contacts, problem_.joints);
     GeneralizedVelocity &x = context_.correction, &r = context_.residual, &s = context_.direction,
@@ -351,10 +353,10 @@ double incremental_potential(World& world, const StepContext& context, double dt
 }
 
 // An elastic force acts on the block of a solve like a damping of `dt` seconds times the stiffness.
-void find_blocks(World& world, StepContext& context, double dt, bool with_elasticity) {
+void find_blocks(World& world, StepContext& context, double dt, ImplicitForces treated) {
   InternalForces& forces = world.bodies.forces;
   const double added = world.settings.implicit_elasticity ? numerical_damping * context.dt : 0;
-  forces.set_added_damping(with_elasticity ? added + dt : added);
+  forces.set_added_damping(treated == ImplicitForces::damping_and_elasticity ? added + dt : added);
   context.blocks.find(world.bodies, dt);
   forces.set_added_damping(added);
 }

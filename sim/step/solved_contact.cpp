@@ -91,7 +91,9 @@ void add_forces_of_middle(World& world, StepContext& context, double dt) {
 // Fills context.blocks and builds context.contact_forces for a solve over `dt` (s). The impulses that
 // contacts hold, times `factor`, are the multipliers.
 void build_forces(World& world, StepContext& context, const Islands& islands, double dt, double factor) {
-  find_blocks(world, context, dt, world.settings.implicit_elasticity);
+  find_blocks(
+      world, context, dt,
+      world.settings.implicit_elasticity ? ImplicitForces::damping_and_elasticity : ImplicitForces::damping);
   context.contact_forces.build(world.bodies, context.contacts, context.graph, islands, factor,
                                context.blocks.own());
 }
@@ -166,11 +168,12 @@ bool is_solved(const StepContext& context, const Bodies& bodies, const ContactPa
 
 namespace {
 
-// Solves step III on the searched islands of `islands`, with elasticity in the solve if `is_elastic`.
-void solve_halfway(World& world, StepContext& context, const Islands& islands, bool is_elastic) {
+// Solves step III on the searched islands of `islands`, with `forces` in the solve.
+void solve_halfway(World& world, StepContext& context, const Islands& islands, ImplicitForces forces) {
   if (islands.searched() == 0) return;
   Bodies& bodies = world.bodies;
   const double dt = context.dt / 2;
+  const bool is_elastic = forces == ImplicitForces::damping_and_elasticity;
   build_forces(world, context, islands, dt, 1);
   if (world.has(Effect::self_repulsion))
     context.contact_forces.add_pairs(bodies, context.approaching_surfaces.pairs(), islands, context.dt,
@@ -203,7 +206,7 @@ void solve_halfway(World& world, StepContext& context, const Islands& islands, b
   context.joint_forces.give_impulses(context.drive_impulse, context.swept_impulse);
   bodies.particles.x = context.x_n;
   context.contact_converged = context.contact_converged && converged;
-  if (!converged && is_elastic) apply_rigid_fallback(world, context, true);
+  if (!converged && is_elastic) apply_rigid_fallback(world, context, FallbackFrom::solution);
   if (!world.settings.implicit_elasticity) {
     context.solve_from_outside = context.contact_forces.impulse_of_pins(bodies.particles);
     context.solve_from_outside += impulse_of_holders(world, islands, dt);
@@ -251,10 +254,10 @@ void solve_contact_halfway(World& world, StepContext& context) {
   context.drive_impulse = context.swept_impulse = context.joints.impulses();
   if (world.settings.implicit_elasticity) {
     find_relaxing_islands(world, context);
-    solve_halfway(world, context, context.elastic, true);
-    solve_halfway(world, context, context.relaxing, false);
+    solve_halfway(world, context, context.elastic, ImplicitForces::damping_and_elasticity);
+    solve_halfway(world, context, context.relaxing, ImplicitForces::damping);
   } else {
-    solve_halfway(world, context, context.solved, false);
+    solve_halfway(world, context, context.solved, ImplicitForces::damping);
   }
   if (!context.solved.has_joints()) return;
   find_drive(context.joints, context.drive_impulse, context.dt / 2, context.joint_drive);
@@ -302,7 +305,7 @@ void solve_contact_at_end(World& world, StepContext& context) {
   follow_twists(bodies.bound, context.right_side.linear, context.right_side.angular,
                 context.right_side.particle);
   follow_twists(bodies.bound, context.solution.linear, context.solution.angular, context.solution.particle);
-  find_blocks(world, context, dt, false);
+  find_blocks(world, context, dt, ImplicitForces::damping);
   find_velocity(world, context,
                 {.dt = dt,
                  .projection = projection,

@@ -195,6 +195,11 @@ void find_drive(const JointSolver& joints, const std::vector<double>& impulses, 
                 RigidForces& drive);
 /// Adds the velocities that the forces `drive` make in `dt` (s) to v.
 void add_joint_drive(const Bodies& bodies, const RigidForces& drive, double dt, GeneralizedVelocity& v);
+/// The step that a velocity solve belongs to.
+enum class SolveOf {
+  advance_velocity,  ///< I.1
+  update_velocity    ///< V.2
+};
 /// Solves for the implicit velocity of I.1 or V.2:
 ///
 ///     V = v + dt M^-1 (F + F_damping(V))
@@ -202,19 +207,20 @@ void add_joint_drive(const Bodies& bodies, const RigidForces& drive, double dt, 
 /// where v are the velocities now, and F gravity and the elastic forces. `dt` (s) is half of the step. Sets
 /// context.solution to V and context.force to F + F_damping(V). Semi-implicitly, F is what
 /// find_explicit_forces() left in context.force. With implicit elasticity, in I.1 alone, F is taken at
-/// x^n + dt V; the solve leaves the particles there, and context.balanced says whether it converged.
+/// x^n + dt V; the solve leaves the particles there, and context.converged says whether it converged.
 ///
-/// `projection` holds the constraints on V, or is null. `at_end` is true in V.2 and false in I.1.
+/// `projection` holds the constraints on V, or is null.
 void solve_velocity(World& world, StepContext& context, double dt, const KnownForces& known,
-                    ContactProjection* projection, bool at_end);
+                    ContactProjection* projection, SolveOf stage);
 /// Solves V = b + dt M^-1 F_damping(V) by conjugate gradients, for the damping alone.
 ///
 /// The search starts at context.solution and leaves V there; b is context.right_side, which is overwritten.
-/// Adds F_damping(V) (N) to context.force. `projection` holds the constraints on V, or is null. `anew` says
-/// true if the block-Jacobi preconditioner is reassembled for the deformation now, or that of the last such
-/// solve is kept. Returns whether V is finite.
+/// Adds F_damping(V) (N) to context.force. `projection` holds the constraints on V, or is null. `blocks`
+/// are those of the preconditioner that are assembled for the deformation now; with AssembleBlocks::missing
+/// the preconditioner of the last such solve is kept, and islands with contact inside their solve are left
+/// out. Returns whether V is finite.
 bool solve_with_damping(World& world, StepContext& context, double dt, ContactProjection* projection,
-                        bool anew);
+                        AssembleBlocks blocks);
 /// Returns the potential that the implicit solve minimizes without damping, J:
 ///
 ///     1/2 |V - v - dt g|_M^2 + elastic energy at x^n + dt V
@@ -237,38 +243,43 @@ struct VelocityProblem {
 };
 /// Solves `problem` by Newton's method, and returns whether it converged.
 ///
-/// Leaves V in context.solution, and in context.imbalance the residual: by how much V falls short of the
-/// right side under the constraints, m/s. The search has converged if the residual is less than the
+/// Leaves V in context.solution, and in context.newton_residual the residual: by how much V falls short of
+/// the right side under the constraints, m/s. The search has converged if the residual is less than the
 /// tolerance; a bound on its iterations may end it before.
 bool find_velocity(World& world, StepContext& context, const VelocityProblem& problem);
 /// Fills context.blocks, the preconditioner, for a solve over `dt` (s).
 ///
-/// The blocks hold the damping of the last elastic evaluation's deformation, and its elasticity if
-/// `with_elasticity`.
-void find_blocks(World& world, StepContext& context, double dt, bool with_elasticity);
+/// The blocks hold the damping of the last elastic evaluation's deformation, and its elasticity if that is
+/// one of the `forces` of the solve.
+void find_blocks(World& world, StepContext& context, double dt, ImplicitForces forces);
 /// Returns the potential (J) that find_velocity() minimizes, at context.solution.
 double solve_potential(World& world, StepContext& context, const VelocityProblem& problem);
+/// The velocities whose means a rigid fallback takes.
+enum class FallbackFrom {
+  start,    ///< v^n + dt/2 g: in I.1.
+  solution  ///< V: after contact.
+};
 /// Applies the rigid fallback to an implicit solve that did not converge: V becomes (V + W) / 2.
 ///
-/// W is the mean velocity of each deformable body: of v^n + dt/2 g, or of V if `after_contact`. Positions
+/// W is the mean velocity of each deformable body: of v^n + dt/2 g, or of V after contact. Positions
 /// move by dt V, which is twice as far as x^n + dt/2 V, the least energy that was found; as far beyond it
 /// again, the energy may be far higher. So deformation stops at the least energy, and each body moves on as a
 /// whole.
 ///
 /// After contact V is kept if the residual is smaller than what the fallback would take of V, both in the
 /// mass norm: in that norm the error of V is no larger than the residual, as long as the energy is convex.
-void apply_rigid_fallback(const World& world, StepContext& context, bool after_contact);
+void apply_rigid_fallback(const World& world, StepContext& context, FallbackFrom from);
 
 /// Gives back the momentum that a solve with contact has lost, to islands as wholes.
 ///
 /// After a solve over `dt` (s) without elasticity, each searched island in context.solution moves on as a
-/// rigid body by the momentum that context.imbalance has left of it, about the positions now. Islands with
-/// joints are left out, because their joints may hold them to something fixed.
+/// rigid body by the momentum that context.newton_residual has left of it, about the positions now. Islands
+/// with joints are left out, because their joints may hold them to something fixed.
 void return_momentum_to_islands(World& world, StepContext& context, const Islands& islands, double dt);
 /// Gives back the momentum that a solve with contact has lost, to every body by itself.
 ///
-/// Changes `velocity`: each deformable body moves on as a rigid body by what context.imbalance has left of
-/// it, about the particle positions `x` (m), and each rigid body by its own. Does nothing if a searched
+/// Changes `velocity`: each deformable body moves on as a rigid body by what context.newton_residual has left
+/// of it, about the particle positions `x` (m), and each rigid body by its own. Does nothing if a searched
 /// island has joints.
 void return_momentum_to_bodies(const World& world, const Islands& islands, const std::vector<Vec3>& x,
                                double dt, GeneralizedVelocity& velocity);

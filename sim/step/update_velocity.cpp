@@ -64,7 +64,7 @@ void constrained_solve(World& world, StepContext& context) {
   // v-^n has the applied forces of the whole step.
   const double seconds = world.settings.damping_at * context.dt;
   solve_velocity(world, context, seconds, {&context.joint_drive, seconds - context.dt}, &context.projection,
-                 true);
+                 SolveOf::update_velocity);
 }
 
 // v_**^{n+1} = v-^n + dt M^-1 (F + F_damping(V)) without P, as in the paper's section 7.2: the projections of

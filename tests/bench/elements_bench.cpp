@@ -122,14 +122,16 @@ void cg_iterations(benchmark::State& state, Solve solve) {
   bodies.forces.add_elastic_forces(bodies.particles.x, cube.force);
   if (implicit) bodies.forces.linearize();
   std::vector<Mat3> inertia;
-  VelocitySystem system(bodies, 1e-4, implicit, nullptr, cube.force, inertia);
+  VelocitySystem system(bodies, 1e-4,
+                        implicit ? ImplicitForces::damping_and_elasticity : ImplicitForces::damping, nullptr,
+                        cube.force, inertia);
   for (std::size_t p = 0; p < bodies.particles.size(); ++p)
     bodies.particles.v[p] = Vec3(std::sin(3.0 * static_cast<double>(p)), 1, 0);
   GeneralizedVelocity b, x, r, s, q;
   to_generalized(bodies, b);
   x = b;
   BlockJacobi masses;
-  if (!implicit) system.use(masses, true);  // as steps do
+  if (!implicit) system.use(masses, AssembleBlocks::all);  // as steps do
   system.apply_preconditioner(b);
   constexpr int most = 6;
   // The tolerance is out of reach of so many iterations, but within that of single precision.

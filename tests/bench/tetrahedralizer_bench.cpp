@@ -23,7 +23,8 @@ void torus(benchmark::State& state, bool graded) {
   const LevelSet shape = LevelSet::torus(1, 0.4);
   const double spacing = 2.8 / static_cast<double>(state.range(0));  // cells along the longest extent
   std::size_t tets = 0;
-  for (auto _ : state) tets = tetrahedralize(shape, spacing, graded).tets.size();
+  for (auto _ : state)
+    tets = tetrahedralize(shape, spacing, graded ? CellSizes::graded : CellSizes::uniform).tets.size();
   count_tets(state, tets);
 }
 

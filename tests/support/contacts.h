@@ -36,7 +36,7 @@ struct ContactScene {
   // Replaces contacts and graph by those of the bodies as they are now.
   void find(double dt) {
     find_candidates(bodies, {}, dt, no_change(bodies), contacts);
-    build_contact_graph(bodies, simulation.world().gravity, true, contacts, graph);
+    build_contact_graph(bodies, simulation.world().gravity, RigidPairs::are_active, contacts, graph);
   }
   // The state of a rigid body.
   RigidState& state(std::size_t body) { return bodies.rigid.state[body]; }

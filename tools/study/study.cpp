@@ -40,8 +40,11 @@ struct Study {
   std::vector<Setting> without;               // one for each effect that the scene needs
   std::vector<scene::PlannedEffect> effects;  // all effects, if the study varies them
 
-  // Makes a setting with all its repetitions; only timed ones are repeated.
-  Setting setting(const std::string& line, const Change& change, bool is_timed) const {
+  // Whether the runs of a setting measure time.
+  enum class Timing { on, off };
+  // Makes a setting whose runs are repeated if they are timed.
+  Setting setting(const std::string& line, const Change& change, Timing timing) const {
+    const bool is_timed = timing == Timing::on;
     Setting result{line, change, {}, false};
     Run run;
     run.scene = scene_of(spec, change);
@@ -72,6 +75,7 @@ Study plan_study(const tools::StudyOptions& options) {
   Study study;
   study.spec = read_spec(options.spec);
   study.timed = !options.untimed;
+  const Study::Timing timing = study.timed ? Study::Timing::on : Study::Timing::off;
   const Spec& spec = study.spec;
   const bool all_pictures =
       spec.cost == Cost::drawing ||
@@ -79,15 +83,15 @@ Study plan_study(const tools::StudyOptions& options) {
                   [](const Measure& measure) { return measure.kind == MeasureKind::image; });
   const bool pictures = all_pictures || std::any_of(spec.knobs.begin(), spec.knobs.end(),
                                                     [](const Knob& knob) { return knob.pictures; });
-  study.shipped = study.setting("shipped", {"shipped", {}, {}, {}}, study.timed);
+  study.shipped = study.setting("shipped", {"shipped", {}, {}, {}}, timing);
   study.shipped.picture = pictures;
   if (spec.reference) {
-    study.reference = study.setting("reference", *spec.reference, false);
+    study.reference = study.setting("reference", *spec.reference, Study::Timing::off);
     study.reference->picture = pictures;
   }
   for (const Knob& knob : spec.knobs)
     for (const Change& change : knob.values) {
-      study.settings.push_back(study.setting(knob.name, change, study.timed));
+      study.settings.push_back(study.setting(knob.name, change, timing));
       study.settings.back().picture = all_pictures || knob.pictures;
     }
   if (!spec.effects) return study;
@@ -95,7 +99,7 @@ Study plan_study(const tools::StudyOptions& options) {
   for (const scene::PlannedEffect& effect : study.effects)
     if (effect.active) {
       const std::string name(duet::name(effect.effect));
-      study.without.push_back(study.setting("without", {name, {}, {name}, {}}, study.timed));
+      study.without.push_back(study.setting("without", {name, {}, {name}, {}}, timing));
       study.without.back().picture = all_pictures;
     }
   return study;
@@ -226,7 +230,7 @@ namespace duet::tools {
 
 int study_points(const StudyOptions& options) {
   study::Study study = study::plan_study(options);
-  Report silent(true, false);
+  Report silent({.quiet = true});
   study::Runner runner({}, options.program, 1, silent);
   std::vector<study::Run*> runs = study.runs();
   return static_cast<int>(runner.distinct(runs).size());
@@ -234,7 +238,7 @@ int study_points(const StudyOptions& options) {
 
 int study_results(const StudyOptions& options) {
   study::Study study = study::plan_study(options);
-  Report silent(true, false);
+  Report silent({.quiet = true});
   const study::Runner runner(std::filesystem::path(options.out) / "runs", options.program, 1, silent);
   std::vector<study::Run*> runs = study.runs();
   return runner.with_result(runs);

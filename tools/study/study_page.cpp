@@ -37,9 +37,13 @@ std::string seconds_name(const Results& results) {
                                             : "processor seconds per simulated second";
 }
 
+// What the cost of a setting is measured in.
+enum class CostIn { seconds, counts };
+
 // Returns the chart of error against cost for measure `m`: one line for each knob, and a point for the
 // shipped setting.
-Chart precision_chart(const Results& results, std::size_t m, bool seconds) {
+Chart precision_chart(const Results& results, std::size_t m, CostIn cost_in) {
+  const bool seconds = cost_in == CostIn::seconds;
   const Measure& measure = results.spec.measures[m];
   Chart chart;
   chart.name = file_name(measure.name) + (seconds ? "_seconds" : "_count");
@@ -224,8 +228,8 @@ std::string study_page(const Results& results, const fs::path& charts) {
                             results.spec.measures[m].name));
       continue;
     }
-    if (results.timed) page.chart(draw(precision_chart(results, m, true), charts));
-    page.chart(draw(precision_chart(results, m, false), charts));
+    if (results.timed) page.chart(draw(precision_chart(results, m, CostIn::seconds), charts));
+    page.chart(draw(precision_chart(results, m, CostIn::counts), charts));
   }
   add_orders(page, results);
   add_rows(page, results);

@@ -136,22 +136,22 @@ class Finder {
     const std::size_t begin = chunk.touches.size();
     chunk.reduction.patches.clear();
     chunk.reduction.hull_corners.clear();
-    find_points(pair, false, chunk);
+    find_points(pair, PairDirection::as_found, chunk);
     const BodyBounds& host = search_.broad_phase.bounds[as_index(pair.host)];
     if (!host.is_half_space) {
-      find_points(reversed(pair), true, chunk);
+      find_points(reversed(pair), PairDirection::reversed, chunk);
       if (!chunk.reduction.patches.empty())
         join_patches(host.arm + search_.broad_phase.bounds[as_index(pair.guest_rigid)].arm,
                      in_host_of(bodies_.rigid, pair), begin, chunk.touches, chunk.reduction);
     }
     if (!filter_.reduce_contacts) return;
-    add_lines(bodies_, pair, false, begin, chunk);
-    if (!host.is_half_space) add_lines(bodies_, reversed(pair), true, begin, chunk);
+    add_lines(bodies_, pair, PairDirection::as_found, begin, chunk);
+    if (!host.is_half_space) add_lines(bodies_, reversed(pair), PairDirection::reversed, begin, chunk);
   }
 
   // Appends the touches of the pair's guest with its host: first those of its support points, then of its
   // samples, then its edge contacts.
-  void find_points(const BodyPair& pair, bool is_reversed, CandidateSearch::Chunk& chunk) const {
+  void find_points(const BodyPair& pair, PairDirection direction, CandidateSearch::Chunk& chunk) const {
     const auto h = as_index(pair.host), g = as_index(pair.guest_rigid);
     const BodyBounds& host = search_.broad_phase.bounds[h];
     const BodyBounds& guest = search_.broad_phase.bounds[g];
@@ -160,7 +160,7 @@ class Finder {
     const double margin = reach(speed, dt_) + margin_at_rest(host, guest);
     if (separation(host, guest) > margin) return;
     const std::size_t begin = chunk.touches.size();
-    find_faces(pair, is_reversed, margin, chunk);
+    find_faces(pair, direction, margin, chunk);
     const std::size_t faces = chunk.touches.size();
     const auto has_nearest_face = [&](int k) {
       return std::any_of(chunk.touches.begin() + static_cast<std::ptrdiff_t>(begin),
@@ -177,7 +177,7 @@ class Finder {
       // step.
       const bool is_faced = plane.faces && (near.feature.is_support() || std::isfinite(plane.gap));
       if (!is_faced && plane.gap >= 0) return;
-      near.reversed = is_reversed;
+      near.reversed = direction == PairDirection::reversed;
       near.normal = plane.normal;
       near.gap = plane.gap;
       chunk.touches.push_back(near);
@@ -186,7 +186,7 @@ class Finder {
     while (samples < chunk.touches.size() && chunk.touches[samples].feature.is_support()) ++samples;
     if (filter_.reduce_contacts) reduce_contacts(guest.arm, samples, chunk.touches, chunk.reduction);
     find_faces_at_samples(pair, margin, begin, chunk);
-    find_places(pair, is_reversed, margin, chunk);
+    find_places(pair, direction, margin, chunk);
     if (filter_.reduce_contacts) add_to_patches(guest.arm, begin, chunk.touches, chunk.reduction);
   }
 
@@ -206,14 +206,15 @@ class Finder {
 
   // Appends the touches of support points with several faces of a mesh, see find_faces_around(), without
   // those whose feet an adjoining body hides.
-  void find_faces(const BodyPair& pair, bool is_reversed, double margin,
+  void find_faces(const BodyPair& pair, PairDirection direction, double margin,
                   CandidateSearch::Chunk& chunk) const {
     const auto h = as_index(pair.host);
     const std::size_t first = chunk.touches.size();
     find_faces_around(bodies_.rigid.properties[h].shape,
                       bodies_.rigid.properties[as_index(pair.guest_rigid)].shape,
                       in_host_of(bodies_.rigid, pair), margin, chunk.touches, chunk.planes);
-    for (std::size_t i = first; i < chunk.touches.size(); ++i) chunk.touches[i].reversed = is_reversed;
+    for (std::size_t i = first; i < chunk.touches.size(); ++i)
+      chunk.touches[i].reversed = direction == PairDirection::reversed;
     const Pose pose = shape_pose(bodies_.rigid, h);
     const auto is_hidden = [&](const NearPoint& touch) {
       const EdgePoint& place = chunk.planes[as_index(touch.plane_index)].edge;
@@ -226,14 +227,14 @@ class Finder {
   }
 
   // Appends the edge contacts of the pair's rigid guest.
-  void find_places(const BodyPair& pair, bool is_reversed, double margin,
+  void find_places(const BodyPair& pair, PairDirection direction, double margin,
                    CandidateSearch::Chunk& chunk) const {
     const std::size_t first = chunk.planes.size();
-    find_feature_edges(bodies_, pair, is_reversed, margin, chunk.planes);
+    find_feature_edges(bodies_, pair, direction, margin, chunk.planes);
     for (std::size_t i = first; i < chunk.planes.size(); ++i) {
       const EdgeContact& near = chunk.planes[i];
       chunk.touches.push_back({.feature = near.feature,
-                               .reversed = is_reversed,
+                               .reversed = direction == PairDirection::reversed,
                                .position = near.edge.foot + near.distance * near.edge.normal,
                                .normal = near.edge.normal,
                                .gap = near.distance,

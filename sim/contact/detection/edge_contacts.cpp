@@ -369,12 +369,16 @@ std::optional<EdgeContact> nearest_place_on_edge(const Vec3& first, const Vec3& 
 // Returns whether an edge (m, host's shape space) is at an angle of 60 degrees or more to the axis of a
 // cylinder, which is the y axis. It then touches the side at one place.
 bool crosses_axis(const Vec3& first, const Vec3& second) {
+  constexpr double max_cosine = 0.5;
   const Vec3 edge = second - first;
-  return std::abs(edge.y()) <= 0.5 * edge.norm();
+  return std::abs(edge.y()) <= max_cosine * edge.norm();
 }
 
 // Returns whether a place touches the side of a cylinder, and not its rim or an end.
-bool is_round_there(const EdgePoint& edge) { return std::abs(edge.normal.y()) < 1e-6; }
+bool is_round_there(const EdgePoint& edge) {
+  constexpr double rounding = 1e-6;  // of the normal's component along the axis, which is 0 on the side
+  return std::abs(edge.normal.y()) < rounding;
+}
 
 }  // namespace
 
@@ -387,12 +391,13 @@ double radius_of_ball(const LevelSet& shape) {
   return shape.kind == LevelSet::Kind::torus ? shape.tube : shape.radius;
 }
 
-bool can_touch_with_feature_edges(const LevelSet& guest, const LevelSet& host, bool is_reversed) {
+bool can_touch_with_feature_edges(const LevelSet& guest, const LevelSet& host, PairDirection direction) {
   if (host.kind == LevelSet::Kind::half_space)
     return false;  // touched at the ends of lines, or all along them
   if (!is_swept_by_ball(host)) return true;
-  if (touch_along_ring(guest, host)) return is_guest_of_ring(guest, host, is_reversed);
-  return host.kind != LevelSet::Kind::sphere && is_swept_by_ball(guest) && !is_reversed;
+  if (touch_along_ring(guest, host)) return is_guest_of_ring(guest, host, direction);
+  return host.kind != LevelSet::Kind::sphere && is_swept_by_ball(guest) &&
+         direction == PairDirection::as_found;
 }
 
 void find_edge_contacts(const FeatureEdges& feature_edges, const Pose& pose, const LevelSet& host,

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sim/contact/detection/feature_id.h"
+#include "sim/contact/detection/pair_direction.h"
 #include "sim/geometry/level_set/feature_edges.h"
 
 namespace duet {
@@ -56,9 +57,9 @@ bool is_swept_by_ball(const LevelSet& shape);
 double radius_of_ball(const LevelSet& shape);
 
 /// Returns whether the feature edges of a guest can touch a host where no sample or support point of either
-/// would show it. `is_reversed` is set for one of the two directions of a pair of bodies, so that two middle
-/// lines are searched once.
-bool can_touch_with_feature_edges(const LevelSet& guest, const LevelSet& host, bool is_reversed);
+/// would show it. `direction` is that of the pair of bodies: two middle lines are searched in one of the
+/// two only.
+bool can_touch_with_feature_edges(const LevelSet& guest, const LevelSet& host, PairDirection direction);
 
 /// Appends to `found` the edge contacts along the feature edges `feature_edges` of a guest that are less than
 /// `margin` (m) from `host`.

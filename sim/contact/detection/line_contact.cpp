@@ -18,10 +18,10 @@ constexpr double end_share = 0.125, inner_share = 0.375;
 // Finds the line contacts of one pair of bodies, in one direction.
 class Lines {
  public:
-  Lines(const Bodies& bodies, const BodyPair& pair, bool is_reversed, CandidateSearch::Chunk& chunk)
+  Lines(const Bodies& bodies, const BodyPair& pair, PairDirection direction, CandidateSearch::Chunk& chunk)
       : bodies_(bodies),
         pair_(pair),
-        is_reversed_(is_reversed),
+        is_reversed_(direction == PairDirection::reversed),
         host_(bodies.rigid.properties[as_index(pair.host)].shape),
         guest_(bodies.rigid.properties[as_index(pair.guest_rigid)].shape),
         in_host_(in_host_of(bodies.rigid, pair)),
@@ -111,12 +111,12 @@ class Lines {
 
 }  // namespace
 
-void add_lines(const Bodies& bodies, const BodyPair& pair, bool is_reversed, std::size_t begin,
+void add_lines(const Bodies& bodies, const BodyPair& pair, PairDirection direction, std::size_t begin,
                CandidateSearch::Chunk& chunk) {
   const LevelSet& host = bodies.rigid.properties[as_index(pair.host)].shape;
   const LevelSet& guest = bodies.rigid.properties[as_index(pair.guest_rigid)].shape;
   if (support_numbers(guest) == support_point_count(guest) || rolls_over_samples(host)) return;
-  Lines(bodies, pair, is_reversed, chunk).find(begin);
+  Lines(bodies, pair, direction, chunk).find(begin);
 }
 
 }  // namespace duet

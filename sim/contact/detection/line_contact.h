@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sim/contact/detection/candidate_search.h"
+#include "sim/contact/detection/pair_direction.h"
 #include "sim/state/bodies.h"
 
 namespace duet {
@@ -16,9 +17,9 @@ namespace duet {
 ///
 ///   mean of |x| = a/2 = 1/4 a + 3/4 a/3,  mean of x^2 = a^2/3 = 1/4 a^2 + 3/4 (a/3)^2.
 ///
-/// The search looks at the touches from `begin` on whose NearPoint::reversed is `is_reversed`: those with
+/// The search looks at the touches from `begin` on whose NearPoint::reversed says `direction`: those with
 /// this guest.
-void add_lines(const Bodies& bodies, const BodyPair& pair, bool is_reversed, std::size_t begin,
+void add_lines(const Bodies& bodies, const BodyPair& pair, PairDirection direction, std::size_t begin,
                CandidateSearch::Chunk& chunk);
 
 }  // namespace duet

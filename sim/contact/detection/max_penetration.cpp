@@ -52,12 +52,12 @@ double max_penetration(const Bodies& bodies, const CandidateFilter& filter) {
             continue;
           }
           if (is_excluded(bodies, pairs[i].host, pairs[i].guest_rigid)) continue;
-          for (const bool is_reversed : {false, true}) {
-            const BodyPair pair = is_reversed ? reversed(pairs[i]) : pairs[i];
+          for (const PairDirection direction : {PairDirection::as_found, PairDirection::reversed}) {
+            const BodyPair pair = direction == PairDirection::reversed ? reversed(pairs[i]) : pairs[i];
             if (search.broad_phase.bounds[as_index(pair.guest_rigid)].is_half_space) continue;
             visit_near(bodies.rigid, pair, 0, look);
             std::vector<EdgeContact> feature_edges;
-            find_feature_edges(bodies, pair, is_reversed, 0, feature_edges);
+            find_feature_edges(bodies, pair, direction, 0, feature_edges);
             for (const EdgeContact& near : feature_edges) deepest = std::min(deepest, near.distance);
           }
         }

@@ -14,10 +14,12 @@ constexpr std::size_t points_at_once = 32;  // surface points in a block with a 
 // Returns whether an edge contact on the side of a cylindrical host is left to the host's axis. Edges touch
 // the side where the axis is nearest to their body, and that contact goes along as the cylinder rolls. The
 // sides of two cylinders touch the same way, where one of the two axes is enough.
-bool is_told_by_axis(const EdgeContact& near, const LevelSet& host, const LevelSet& guest, bool is_reversed) {
+bool is_told_by_axis(const EdgeContact& near, const LevelSet& host, const LevelSet& guest,
+                     PairDirection direction) {
   constexpr double on_side = 1e-3;  // greatest component of a side's normal along the axis
   return host.kind == LevelSet::Kind::cylinder && std::abs(near.edge.normal.y()) < on_side &&
-         (near.edge.radius == 0 || (is_reversed && guest.kind == LevelSet::Kind::cylinder));
+         (near.edge.radius == 0 ||
+          (direction == PairDirection::reversed && guest.kind == LevelSet::Kind::cylinder));
 }
 
 }  // namespace
@@ -28,7 +30,7 @@ Pose in_host_of(const RigidBodies& rigid, const BodyPair& pair) {
   return {host.to_body(guest.position), host.orientation.conjugate() * guest.orientation};
 }
 
-void find_feature_edges(const Bodies& bodies, const BodyPair& pair, bool is_reversed, double margin,
+void find_feature_edges(const Bodies& bodies, const BodyPair& pair, PairDirection direction, double margin,
                         std::vector<EdgeContact>& found) {
   const RigidBodies& rigid = bodies.rigid;
   const auto h = as_index(pair.host);
@@ -37,7 +39,7 @@ void find_feature_edges(const Bodies& bodies, const BodyPair& pair, bool is_reve
   const bool is_ball_on_ring =
       guest.shape.kind == LevelSet::Kind::sphere && touch_along_ring(guest.shape, body.shape);
   if ((guest.feature_edges.lines.empty() && !is_ball_on_ring) ||
-      !can_touch_with_feature_edges(guest.shape, body.shape, is_reversed))
+      !can_touch_with_feature_edges(guest.shape, body.shape, direction))
     return;
   const Pose in_host = in_host_of(rigid, pair);
   if (is_ball_on_ring && !is_in_middle(in_host.position, body.shape)) return;
@@ -48,9 +50,9 @@ void find_feature_edges(const Bodies& bodies, const BodyPair& pair, bool is_reve
     find_ring_contacts_of_ball(body.feature_edges, in_host, guest.shape, margin, found);
   else
     find_edge_contacts(guest.feature_edges, in_host, host.shape, host.box(), margin, found,
-                       !is_reversed || body.feature_edges.lines.empty());
+                       direction == PairDirection::as_found || body.feature_edges.lines.empty());
   const auto counts = [&](const EdgeContact& near) {
-    return !is_told_by_axis(near, host.shape, guest.shape, is_reversed) &&
+    return !is_told_by_axis(near, host.shape, guest.shape, direction) &&
            !is_at_internal_edge(bodies, pair.host, pose.to_world(near.edge.foot), near.precision);
   };
   found.erase(std::remove_if(found.begin() + first, found.end(), std::not_fn(counts)), found.end());

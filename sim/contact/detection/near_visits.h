@@ -22,9 +22,9 @@ inline BodyPair reversed(const BodyPair& pair) { return {pair.guest_rigid, pair.
 Pose in_host_of(const RigidBodies& rigid, const BodyPair& pair);
 
 /// Appends the edge contacts of the pair's rigid guest with its host whose distance is less than `margin`
-/// (m). `is_reversed` says which of the two directions of a pair of bodies this is. Places at internal edges,
-/// and places on the side of a cylinder that its axis tells of, are left out.
-void find_feature_edges(const Bodies& bodies, const BodyPair& pair, bool is_reversed, double margin,
+/// (m). `direction` is that of the pair. Places at internal edges, and places on the side of a cylinder that
+/// its axis tells of, are left out.
+void find_feature_edges(const Bodies& bodies, const BodyPair& pair, PairDirection direction, double margin,
                         std::vector<EdgeContact>& found);
 
 /// Returns whether forces move neither a point of a deformable body, because all of its particles are held,

@@ -100,7 +100,8 @@ class Arc {
         if (side == 1) low_slope /= 2;
         side = 1;
       }
-      if (std::abs(here.slope) <= 1e-12 * radius_) return here;
+      constexpr double flat = 1e-12;  // slope that counts as zero, relative to the radius: rounding
+      if (std::abs(here.slope) <= flat * radius_) return here;
     }
     return is_lower(high, low) ? high : low;
   }
@@ -239,11 +240,11 @@ bool is_ring_contact(const Bodies& bodies, const ContactPoint& contact) {
                           bodies.rigid.properties[as_index(contact.guest_rigid)].shape);
 }
 
-bool is_guest_of_ring(const LevelSet& guest, const LevelSet& host, bool is_reversed) {
+bool is_guest_of_ring(const LevelSet& guest, const LevelSet& host, PairDirection direction) {
   if (guest.kind != host.kind)
     return guest.kind == LevelSet::Kind::sphere ||
            (guest.kind == LevelSet::Kind::torus && host.kind == LevelSet::Kind::capsule);
-  return guest.radius < host.radius || (guest.radius == host.radius && !is_reversed);
+  return guest.radius < host.radius || (guest.radius == host.radius && direction == PairDirection::as_found);
 }
 
 RingPlace place_on_arc(const RingArc& arc, const Pose& pose, const LevelSet& host) {

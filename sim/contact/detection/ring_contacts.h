@@ -24,9 +24,9 @@ bool touch_along_ring(const LevelSet& a, const LevelSet& b);
 /// Returns whether `guest` is the guest of the ring contacts of two shapes for which touch_along_ring()
 /// holds. Of a torus and a capsule it is the torus, and of two tori the smaller one: it is divided into arcs,
 /// because circles that cross do so at places farther apart on the smaller one. Of a torus and a ball it is
-/// the ball, and the arcs are the host's. `is_reversed` says which of the two directions of a pair of bodies
-/// this is.
-bool is_guest_of_ring(const LevelSet& guest, const LevelSet& host, bool is_reversed);
+/// the ball, and the arcs are the host's. `direction` is that of the pair of bodies; it decides between equal
+/// shapes.
+bool is_guest_of_ring(const LevelSet& guest, const LevelSet& host, PairDirection direction);
 /// Returns whether a ball at `center` (m, shape space of the torus) is so near to the axis of `torus` that it
 /// touches all around: the difference between its distances from the farthest and the nearest place of the
 /// center line is less than a tenth of the tube's radius. Other balls touch with their support point alone,

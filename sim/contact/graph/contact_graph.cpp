@@ -196,12 +196,12 @@ int ContactGraph::island_of(const Bodies& bodies, const ContactPair& pair) const
   return island[is_fixed(bodies, pair.host) ? guest_node(bodies, pair) : host];
 }
 
-void build_contact_graph(const Bodies& bodies, const Vec3& gravity, bool rigid_pairs, ContactSet& contacts,
-                         ContactGraph& graph) {
+void build_contact_graph(const Bodies& bodies, const Vec3& gravity, RigidPairs rigid_pairs,
+                         ContactSet& contacts, ContactGraph& graph) {
   graph.pairs.clear();
   for (std::size_t i = 0; i < contacts.pairs.size(); ++i) {
     ContactPair& pair = contacts.pairs[i];
-    pair.active = pair.guest_rigid < 0 || rigid_pairs;
+    pair.active = pair.guest_rigid < 0 || rigid_pairs == RigidPairs::are_active;
     if (pair.active) graph.pairs.push_back(static_cast<int>(i));
   }
   const std::size_t n = bodies.rigid.size() + bodies.deformable.size();

@@ -54,12 +54,18 @@ struct ContactGraph {
                     ///< them, J.
 };
 
+/// What a contact graph does with pairs of two rigid bodies.
+enum class RigidPairs {
+  are_active,   ///< They are contacts as all others: the effect rigid_contact.
+  are_left_out  ///< They are no part of the graph.
+};
+
 /// Builds the graph of `contacts` for `gravity` (m/s^2). Without gravity no body supports another, and all
-/// have level 1. Sets ContactPair::active and ContactPair::level of every pair. Without `rigid_pairs` (effect
-/// rigid_contact) pairs of two rigid bodies are inactive and left out. Everything but `shock_layers` is
+/// have level 1. Sets ContactPair::active and ContactPair::level of every pair. Pairs of two
+/// rigid bodies that are left out are inactive. Everything but `shock_layers` is
 /// filled.
-void build_contact_graph(const Bodies& bodies, const Vec3& gravity, bool rigid_pairs, ContactSet& contacts,
-                         ContactGraph& graph);
+void build_contact_graph(const Bodies& bodies, const Vec3& gravity, RigidPairs rigid_pairs,
+                         ContactSet& contacts, ContactGraph& graph);
 /// Fills `shock_layers` of a graph that build_contact_graph() has built. Does nothing if it is up to date.
 void build_shock_layers(const ContactSet& contacts, ContactGraph& graph);
 

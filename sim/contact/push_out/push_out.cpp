@@ -37,7 +37,7 @@ class PushOut {
     scratch_.system.begin(bodies_, scratch_.frozen);
     if (gather(level, fraction) == 0) return 0;
     rank_central(level);
-    scratch_.system.factor(scratch_.rank, true);
+    scratch_.system.factor(scratch_.rank);
     const int sweeps = scratch_.system.solve(solve_tolerance * precision_, settings_.sweeps);
     scratch_.system.apply(bodies_, scratch_.moved);
     std::fill(scratch_.moved.begin() + static_cast<std::ptrdiff_t>(bodies_.rigid.size()),

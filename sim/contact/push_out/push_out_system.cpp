@@ -106,7 +106,7 @@ void PushOutSystem::add(const ContactPoint& contact, std::size_t guest, const Ve
 
 // A point of a deformable body that overlaps one movable body alone is not central: that body opens the
 // overlap.
-void PushOutSystem::factor(const std::vector<int>& rank, bool points) {
+void PushOutSystem::factor(const std::vector<int>& rank) {
   outers_.clear();
   for (std::size_t r = 0; r < rows_.size(); ++r) {
     const Row& row = rows_[r];
@@ -118,7 +118,7 @@ void PushOutSystem::factor(const std::vector<int>& rank, bool points) {
     };
     add_body(row.host, false);
     add_body(row.guest, true);
-    if (points && row.point >= 0) outers_.push_back({0, row.point, index, true});
+    if (row.point >= 0) outers_.push_back({0, row.point, index, true});
   }
   std::sort(outers_.begin(), outers_.end(), [](const Outer& a, const Outer& b) {
     return std::tie(a.kind, a.rank, a.row) < std::tie(b.kind, b.rank, b.row);

@@ -26,9 +26,9 @@ class PushOutSystem {
   /// nothing if neither side can move.
   void add(const ContactPoint& contact, std::size_t guest, const Vec3& apart);
   /// Chooses the central bodies and factors their systems, equation 2. `rank` has an entry for every rigid
-  /// body: central bodies are visited by ascending rank, and -1 excludes a body. With `points`, points of
-  /// deformable bodies are central, too.
-  void factor(const std::vector<int>& rank, bool points);
+  /// body: central bodies are visited by ascending rank, and -1 excludes a body. Points of deformable
+  /// bodies are central, too.
+  void factor(const std::vector<int>& rank);
 
   /// Finds the displacements, until the error along every normal is at most `tolerance` (m), or for at most
   /// about `sweeps` sweeps. Returns the number of sweeps.

@@ -171,10 +171,11 @@ void ArticulatedResponse::mark_ill_conditioned(const ContactPoint& contact, cons
     if (body >= 0 && contains(body)) groups_[as_index(group_of_[as_index(body)])].is_ill_conditioned = true;
 }
 
-void ArticulatedResponse::update(const Bodies& bodies, JointSolver& joints, bool with_control) {
+void ArticulatedResponse::update(const Bodies& bodies, JointSolver& joints, ControlledJoints controlled) {
   const std::vector<Joint>& all = bodies.articulation.joints;
-  const bool control = with_control && std::any_of(all.begin(), all.end(),
-                                                   [](const Joint& joint) { return joint.control.on; });
+  const bool control =
+      controlled == ControlledJoints::are_held &&
+      std::any_of(all.begin(), all.end(), [](const Joint& joint) { return joint.control.on; });
   if (is_current_ && control == has_control_) return;
   is_current_ = true;
   has_control_ = control;
@@ -192,14 +193,14 @@ void ArticulatedResponse::update(const Bodies& bodies, JointSolver& joints, bool
 }
 
 ArticulatedResponse* ArticulatedResponse::prepare(const Bodies& bodies, JointSolver& joints,
-                                                  bool with_control, ContactSet& contacts) {
+                                                  ControlledJoints controlled, ContactSet& contacts) {
   is_used_ = false;
   if (bodies.linked.empty()) return nullptr;
   if (group_of_.empty()) find_groups(bodies);
   for (Group& group : groups_) group.is_ill_conditioned = false;
   const auto takes = [&](const ContactPoint& contact) { return takes_part(contact); };
   if (std::none_of(contacts.points.begin(), contacts.points.end(), takes)) return nullptr;
-  update(bodies, joints, with_control);
+  update(bodies, joints, controlled);
   own_.resize(contacts.points.size());
   for (std::size_t i = 0; i < own_.size(); ++i) own_[i] = contacts.points[i].response;
   answer(bodies, contacts);
@@ -232,7 +233,7 @@ const ArticulatedResponse* ArticulatedResponse::prepare(const Bodies& bodies, Jo
     return contains(contact.host) || (contact.guest_rigid >= 0 && contains(contact.guest_rigid));
   };
   if (std::none_of(memory.begin(), memory.end(), takes)) return nullptr;
-  update(bodies, joints, false);
+  update(bodies, joints, ControlledJoints::are_free);
   ContactPoint contact;
   for (const CachedContact& remembered : memory) {
     if (!takes(remembered)) continue;

@@ -25,6 +25,12 @@ inline Vec6 wrench_of(const Vec3& arm, const Vec3& impulse) {
   return wrench;
 }
 
+/// Whether the response of jointed bodies counts controlled joints as constraints.
+enum class ControlledJoints {
+  are_held,  ///< Their control rows are constraints: contact solves.
+  are_free   ///< They turn freely about their axes: solves for damping, collisions.
+};
+
 /// Contact-space response of jointed groups (`linked` bodies): how their bodies answer impulses while their
 /// joints hold. Sweeps over contacts that saw the mass of one body alone, with joint solves between them,
 /// would need a number of rounds that grows with the mass ratio: 1000 kg on a plate of 0.1 kg that is welded
@@ -36,10 +42,8 @@ class ArticulatedResponse {
   void outdate() { is_current_ = false; }
   /// Replaces ContactPoint::response of all contacts of jointed groups by the response under the present rows
   /// of the joints. Marks ill-conditioned groups, whose contacts keep the response of separate bodies.
-  /// `with_control` makes controlled joints part of the constraints: contact solves ask for it, damping
-  /// solves do not. Returns `this`, or null if no contact meets a jointed group; the object must not be used
-  /// then.
-  ArticulatedResponse* prepare(const Bodies& bodies, JointSolver& joints, bool with_control,
+  /// Returns `this`, or null if no contact meets a jointed group; the object must not be used then.
+  ArticulatedResponse* prepare(const Bodies& bodies, JointSolver& joints, ControlledJoints controlled,
                                ContactSet& contacts);
   /// Gives contacts the responses back that they had before prepare().
   void release(ContactSet& contacts) const;
@@ -128,7 +132,7 @@ class ArticulatedResponse {
   };
   void find_groups(const Bodies& bodies);
   // Computes the responses of all groups, unless they are up to date.
-  void update(const Bodies& bodies, JointSolver& joints, bool with_control);
+  void update(const Bodies& bodies, JointSolver& joints, ControlledJoints controlled);
   void respond(const RigidBodies& rigid, const JointSolver& joints);
   // Returns the first of the six rows of a body in the response of its group.
   Eigen::Index first_row(std::size_t body) const {

@@ -39,14 +39,21 @@ namespace {
 
 // Returns whether the friction impulse (N s) of a contact is strictly within its cone.
 bool sticks(const ContactPoint& contact, const Vec3& friction) {
-  constexpr double rounding = 1e-6;
+  constexpr double rounding =
+      1e-6;  // distance from the cone, relative, within which a contact counts as on it
   const double most = contact.friction * contact.impulse.dot(contact.normal);
   return friction.norm() < (1 - rounding) * most;
 }
 
+// Returns the velocity along its normal that a row is projected to, m/s.
+template <class Row>
+double target_of(const Row& row, ProjectTo goal) {
+  return goal == ProjectTo::targets ? row.target : 0;
+}
+
 }  // namespace
 
-void ContactProjection::add(const ContactPoint& contact, bool holds_sticking) {
+void ContactProjection::add(const ContactPoint& contact, StickingRows rows) {
   Row row;
   row.host = contact.host;
   row.guest_rigid = contact.guest_rigid;
@@ -60,7 +67,7 @@ void ContactProjection::add(const ContactPoint& contact, bool holds_sticking) {
   const bool is_held = !contact.is_rigid_pair() && row.point.inverse_mass == 0;
   held_ = held_ || is_held;
   add_row(row, contact, is_held);
-  if (!holds_sticking || !sticks(contact, row.friction)) return;
+  if (rows == StickingRows::normal || !sticks(contact, row.friction)) return;
   row.friction.setZero();
   row.normal = contact.normal.unitOrthogonal();
   add_row(row, contact, is_held);
@@ -98,11 +105,12 @@ void ContactProjection::build(const Bodies& bodies, const ContactSet& contacts, 
   repulsions_ = repulsions;
   for (int p : graph.schedule.order()) {
     const ContactPair& pair = contacts.pairs[as_index(p)];
-    const bool holds_sticking =
+    const bool rests_now =
         !rests.empty() && pair.guest_deformable >= 0 && rests[as_index(pair.guest_deformable)];
+    const StickingRows rows = rests_now ? StickingRows::normal_and_tangents : StickingRows::normal;
     for (int i = pair.begin; i < pair.end; ++i) {
       const ContactPoint& contact = contacts.points[as_index(i)];
-      if (!contact.impulse.isZero(0)) add(contact, holds_sticking);
+      if (!contact.impulse.isZero(0)) add(contact, rows);
     }
   }
   factor_blocks();
@@ -124,7 +132,7 @@ void ContactProjection::build(const Bodies& bodies, const ContactCache& memory, 
     update_geometry(bodies, contact);
     if (linked && linked->takes_part(contact)) contact.response = linked->response(contact, bodies);
     contact.impulse = duration / remembered.duration * remembered.impulse;
-    add(contact, false);
+    add(contact, StickingRows::normal);
   }
   factor_blocks();
 }
@@ -251,7 +259,7 @@ void ContactProjection::push_host(const Row& row, const Vec3& j, GeneralizedVelo
 
 // Solves equation 4 for the change of velocity (dv, dw) of the host by the normal velocities that it has to
 // take up, then equation 3 for the impulse on every particle.
-void ContactProjection::project_block(const Block& block, bool with_target, GeneralizedVelocity& v) const {
+void ContactProjection::project_block(const Block& block, ProjectTo goal, GeneralizedVelocity& v) const {
   Vec6 right = Vec6::Zero();
   const auto host = as_index(block.host);
   const bool moves = bodies_->rigid.properties[host].is_dynamic() && bodies_->push_back;
@@ -259,7 +267,7 @@ void ContactProjection::project_block(const Block& block, bool with_target, Gene
   if (moves) {
     for (const Row& row : block.rows) {
       if (!takes(row)) continue;
-      const double excess = row.mass * (normal_velocity(row, v) - (with_target ? row.target : 0));
+      const double excess = row.mass * (normal_velocity(row, v) - target_of(row, goal));
       right.head<3>() += excess * row.normal;
       right.tail<3>() += excess * row.host_arm.cross(row.normal);
     }
@@ -273,36 +281,36 @@ void ContactProjection::project_block(const Block& block, bool with_target, Gene
   }
   for (const Row& row : block.rows) {
     if (!takes(row)) continue;
-    push(row, -row.mass * (normal_velocity(row, v) - (with_target ? row.target : 0)) * row.normal, v);
+    push(row, -row.mass * (normal_velocity(row, v) - target_of(row, goal)) * row.normal, v);
   }
 }
 
-void ContactProjection::project_row(const Row& row, bool with_target, GeneralizedVelocity& v) const {
-  const Vec3 impulse = -row.mass * (normal_velocity(row, v) - (with_target ? row.target : 0)) * row.normal;
+void ContactProjection::project_row(const Row& row, ProjectTo goal, GeneralizedVelocity& v) const {
+  const Vec3 impulse = -row.mass * (normal_velocity(row, v) - target_of(row, goal)) * row.normal;
   push(row, impulse, v);
   push_host(row, impulse, v);
 }
 
 // If articulated response contains all jointed bodies, contact impulses keep the joints, which are then
 // projected once before the sweeps instead of within each sweep.
-void ContactProjection::sweep_all(bool with_target, GeneralizedVelocity& v) const {
+void ContactProjection::sweep_all(ProjectTo goal, GeneralizedVelocity& v) const {
   const bool keeps_joints = linked_ && linked_->is_complete();
   if (joints_ && keeps_joints) joints_->project(bodies_->rigid, v.linear, v.angular);
-  for (int i = 0; i < sweeps_; ++i) sweep(with_target, joints_ && !keeps_joints, v);
+  for (int i = 0; i < sweeps_; ++i) sweep(goal, keeps_joints ? nullptr : joints_, v);
 }
 
-void ContactProjection::sweep(bool with_target, bool with_joints, GeneralizedVelocity& v) const {
-  if (with_joints) joints_->project(bodies_->rigid, v.linear, v.angular);
+void ContactProjection::sweep(ProjectTo goal, const JointSolver* joints, GeneralizedVelocity& v) const {
+  if (joints) joints->project(bodies_->rigid, v.linear, v.angular);
   for (std::size_t b = 0; b < used_; ++b)
-    if (!blocks_[b].rows.empty()) project_block(blocks_[b], with_target, v);
+    if (!blocks_[b].rows.empty()) project_block(blocks_[b], goal, v);
   for (const Row& row : rows_)
-    if (takes(row)) project_row(row, with_target, v);
-  if (repulsions_) repulsions_->sweep(with_target, bodies_->particles.inverse_mass, v.particle);
+    if (takes(row)) project_row(row, goal, v);
+  if (repulsions_) repulsions_->sweep(goal, bodies_->particles.inverse_mass, v.particle);
   for (std::size_t i = rows_.size(); i-- > 0;)
-    if (takes(rows_[i])) project_row(rows_[i], with_target, v);
+    if (takes(rows_[i])) project_row(rows_[i], goal, v);
   for (std::size_t b = used_; b-- > 0;)
-    if (!blocks_[b].rows.empty()) project_block(blocks_[b], with_target, v);
-  if (with_joints) joints_->project(bodies_->rigid, v.linear, v.angular);
+    if (!blocks_[b].rows.empty()) project_block(blocks_[b], goal, v);
+  if (joints) joints->project(bodies_->rigid, v.linear, v.angular);
 }
 
 namespace {
@@ -350,7 +358,9 @@ bool ContactProjection::activate_violated(double dt, double at, const Generalize
   return any;
 }
 
-void ContactProjection::satisfy(GeneralizedVelocity& velocity) const { sweep_all(true, velocity); }
+void ContactProjection::satisfy(GeneralizedVelocity& velocity) const {
+  sweep_all(ProjectTo::targets, velocity);
+}
 
 void ContactProjection::add_friction(double share, GeneralizedVelocity& velocity) const {
   const auto add = [&](const Row& row) {
@@ -374,6 +384,6 @@ bool ContactProjection::release(const GeneralizedVelocity& change, double tolera
   return any;
 }
 
-void ContactProjection::project(GeneralizedVelocity& velocity) const { sweep_all(false, velocity); }
+void ContactProjection::project(GeneralizedVelocity& velocity) const { sweep_all(ProjectTo::zero, velocity); }
 
 }  // namespace duet

@@ -9,17 +9,10 @@
 #include "sim/contact/response/articulated_response.h"
 #include "sim/contact/response/warm_start.h"
 #include "sim/deformable/self_contact/self_repulsion.h"
+#include "sim/state/generalized_velocity.h"
 #include "sim/state/islands.h"
 
 namespace duet {
-
-/// The unknowns of a velocity solve: velocities of all particles and twists of all rigid bodies, in world
-/// axes. It is used for changes, residuals and search directions of them as well.
-struct GeneralizedVelocity {
-  std::vector<Vec3> particle;  ///< Velocity of every particle, m/s.
-  std::vector<Vec3> linear;    ///< Velocity of the center of mass of every rigid body, m/s.
-  std::vector<Vec3> angular;   ///< Angular velocity of every rigid body, rad/s.
-};
 
 /// A projection of generalized velocities onto those that satisfy constraints: touching points have no normal
 /// relative velocity, joints hold, and near surfaces do not approach. It works by impulses that are equal and
@@ -119,19 +112,23 @@ class ContactProjection {
                                   // a unit push
   };
   void begin(const Bodies& bodies, int sweeps, const ArticulatedResponse* linked);
-  // Adds the row of a contact along its normal, and if it `holds_sticking` and sticks, those along two
-  // tangents.
-  void add(const ContactPoint& contact, bool holds_sticking);
+  // Which rows a contact that sticks has.
+  enum class StickingRows {
+    normal,               // one along its normal, as other contacts have
+    normal_and_tangents,  // two along its tangents as well
+  };
+  // Adds the rows of a contact.
+  void add(const ContactPoint& contact, StickingRows rows);
   // Adds `row`, which is along row.normal, to a block or as a single row. `is_held`: no particle of the guest
   // can move.
   void add_row(Row& row, const ContactPoint& contact, bool is_held);
   void factor_blocks();
   void factor(Block& block) const;
-  void project_block(const Block& block, bool with_target, GeneralizedVelocity& v) const;
-  void project_row(const Row& row, bool with_target, GeneralizedVelocity& v) const;
-  // Makes one sweep to and fro over all constraints.
-  void sweep(bool with_target, bool with_joints, GeneralizedVelocity& v) const;
-  void sweep_all(bool with_target, GeneralizedVelocity& v) const;
+  void project_block(const Block& block, ProjectTo goal, GeneralizedVelocity& v) const;
+  void project_row(const Row& row, ProjectTo goal, GeneralizedVelocity& v) const;
+  // Makes one sweep to and fro over all constraints; `joints` are those among them, or null.
+  void sweep(ProjectTo goal, const JointSolver* joints, GeneralizedVelocity& v) const;
+  void sweep_all(ProjectTo goal, GeneralizedVelocity& v) const;
   bool takes(const Row& row) const {
     return row.active && (!islands_ || islands_->is_searched(static_cast<std::size_t>(row.island)));
   }

@@ -24,12 +24,15 @@ constexpr int patience = 7;  // rounds without improvement that end an attempt
 // differ in height. With the rho of other islands nine of ten attempts fail in stacks of four or eight rings,
 // because the steps end before it is found which of these contacts carry load.
 constexpr std::array<Attempt, 2> ring_attempts{{{1e4, 400}, {1e2, 400}}};
-constexpr int ring_patience = 15;
+constexpr int ring_patience = 15;  // the same for them
 // Newton steps of a round, and halvings of a step, at most.
 constexpr int max_steps = 20, max_halvings = 12;
-constexpr double on_cone = 1 - 1e-9;  // fraction of the friction cone beyond which a contact slides
-constexpr double enough_fall = 1e-4;  // least fall of the value, over that of its slope (Armijo)
-// Slope and fall that count as rounding, over the value.
+// Fraction of the friction cone beyond which a contact slides: on the cone but for rounding.
+constexpr double on_cone = 1 - 1e-9;
+// Least fall of the value, over that of its slope: the usual constant of Armijo's rule. The full step of a
+// quadratic piece falls by half of it, so that only steps across many pieces are halved.
+constexpr double enough_fall = 1e-4;
+// Slope and fall that count as rounding, over the value: a few and some tens of units in its last place.
 constexpr double no_slope = 1e-15, no_fall = 1e-14;
 
 }  // namespace
@@ -45,7 +48,7 @@ double IslandSolver::solve(Bodies& bodies, std::span<const int> pairs, double to
     for (int round = 0, last = 0; steps < max_in_all && round - last < most_in_vain && !(now < tolerance);
          ++round) {
       stop_if_asked();
-      begin_round(bodies, contacts, scale, now <= best);
+      begin_round(bodies, contacts, scale, now <= best ? SlidingFriction::updated : SlidingFriction::kept);
       steps += minimize();
       end_round(bodies, contacts);
       now = error(bodies, contacts);
@@ -108,7 +111,8 @@ IslandSolver::Row IslandSolver::row_of(const ContactPoint& contact) const {
 // Decides for each contact whether it sticks, from a Gauss-Seidel update of it alone. A contact that slides
 // gets the friction of that update; after a round that increased the error it keeps its friction, because the
 // velocities of such a round say little.
-void IslandSolver::begin_round(const Bodies& bodies, const ContactSet& contacts, double scale, bool is_best) {
+void IslandSolver::begin_round(const Bodies& bodies, const ContactSet& contacts, double scale,
+                               SlidingFriction sliding) {
   for (Row& row : rows_) {
     const ContactPoint& contact = contacts.points[row.point];
     row.normal_rho = scale * row.normal_mass;
@@ -120,7 +124,7 @@ void IslandSolver::begin_round(const Bodies& bodies, const ContactSet& contacts,
     const double pressure = next.dot(row.normal), most = on_cone * row.friction * pressure;
     const Vec3 beside = next - pressure * row.normal;
     row.sticks = row.pressure > 0 && most > 0 && beside.norm() < most;
-    row.sliding = is_best ? beside : row.tangent;
+    row.sliding = sliding == SlidingFriction::updated ? beside : row.tangent;
   }
 }
 

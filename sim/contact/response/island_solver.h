@@ -71,9 +71,14 @@ class IslandSolver {
   // Collects the bodies and contacts of active pairs.
   void gather(const Bodies& bodies, std::span<const int> pairs, const ContactSet& contacts);
   Row row_of(const ContactPoint& contact) const;
+  // Where the friction of contacts that slide comes from.
+  enum class SlidingFriction {
+    updated,  // from a Gauss-Seidel update of each contact alone
+    kept,     // from the impulse now
+  };
   // Takes the present impulses and velocities, and decides which contacts stick. `scale` is rho over
   // effective mass.
-  void begin_round(const Bodies& bodies, const ContactSet& contacts, double scale, bool is_best);
+  void begin_round(const Bodies& bodies, const ContactSet& contacts, double scale, SlidingFriction sliding);
   int minimize();
   void end_round(Bodies& bodies, ContactSet& contacts) const;
   // Returns the largest change of a relative velocity that an update of one contact would make, m/s over its

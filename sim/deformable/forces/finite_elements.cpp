@@ -87,8 +87,8 @@ void FiniteElements::finalize(const std::vector<double>& mass, const std::vector
   // Each pass fills the batches of one material.
   for (std::size_t begin = 0, end = 0; begin < tets_.size(); begin = end) {
     for (; end < tets_.size() && material_of_[end] == material_of_[begin]; ++end)
-      fill_lane(lanes++, end, false, scatter(end, mass));
-    for (; lanes % pack_width > 0; ++lanes) fill_lane(lanes, end - 1, true, scatter(end - 1, mass));
+      fill_lane(lanes++, end, volume_[end], scatter(end, mass));
+    for (; lanes % pack_width > 0; ++lanes) fill_lane(lanes, end - 1, 0, scatter(end - 1, mass));
   }
   deformation_.resize(batches_.size());
   compression_viscosity_.resize(batches_.size());
@@ -203,7 +203,7 @@ GradientScatter<double> FiniteElements::scatter(std::size_t t, const std::vector
   return scatter;
 }
 
-void FiniteElements::fill_lane(std::size_t number, std::size_t t, bool pads,
+void FiniteElements::fill_lane(std::size_t number, std::size_t t, double volume,
                                const GradientScatter<double>& scatter) {
   const std::size_t lane = number % pack_width;
   if (lane == 0) {
@@ -215,7 +215,7 @@ void FiniteElements::fill_lane(std::size_t number, std::size_t t, bool pads,
   for (std::size_t i = 0; i < corners; ++i) batch.particle[i][lane] = tets_[t][i];
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) batch.inverse_rest[i][j][lane] = inverse_rest_[t](i, j);
-  batch.volume[lane] = pads ? 0 : volume_[t];
+  batch.volume[lane] = volume;
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) scatter_.back().S[i][j][lane] = scatter.S[i][j];
   scatter_.back().largest[lane] = scatter.largest;

@@ -224,8 +224,9 @@ class FiniteElements {
   GradientScatter<double> scatter(std::size_t tet, const std::vector<double>& mass) const;
   // Returns the squared rates of deformation of the elements of a batch, see max_deformation_rate(), 1/s^2.
   double8 squared_rates(const Batch& batch, const std::vector<Vec3>& x, const std::vector<Vec3>& v) const;
-  // Puts a tetrahedron into lane `number`, counted over all batches; `pads`: with volume 0.
-  void fill_lane(std::size_t number, std::size_t tet, bool pads, const GradientScatter<double>& scatter);
+  // Puts a tetrahedron into lane `number`, counted over all batches. `volume` (m^3) is its own, or 0 in the
+  // lanes that fill up the last batch of a material.
+  void fill_lane(std::size_t number, std::size_t tet, double volume, const GradientScatter<double>& scatter);
   // Return the deformation gradient for positions and its rate for velocities, from the values of all
   // particles or from the rows of a block.
   Matrix3<double8> gradient(const Batch& batch, const std::vector<Vec3>& values) const;

@@ -167,23 +167,6 @@ std::optional<RepulsionPair> meeting(const CandidatePair& candidate, const FourP
   return {};
 }
 
-// Sets `pairs` to all that find(candidate, pairs) appends for the candidates, in the order of the candidates
-// for any number of threads.
-template <class Chunk, class Find>
-void collect(const std::vector<CandidatePair>& near, std::vector<Chunk>& chunks,
-             std::vector<RepulsionPair>& pairs, Find&& find) {
-  const std::size_t count = (near.size() + repulsions_at_once - 1) / repulsions_at_once;
-  if (chunks.size() < count) chunks.resize(count);
-  parallel_for(near.size(), repulsions_at_once, [&](std::size_t begin, std::size_t end) {
-    std::vector<RepulsionPair>& found = chunks[begin / repulsions_at_once].pairs;
-    found.clear();
-    for (std::size_t c = begin; c < end; ++c) find(near[c], found);
-  });
-  pairs.clear();
-  for (std::size_t c = 0; c < count; ++c)
-    pairs.insert(pairs.end(), chunks[c].pairs.begin(), chunks[c].pairs.end());
-}
-
 }  // namespace
 
 Vec3 relative_velocity(const RepulsionPair& pair, const std::vector<Vec3>& v) {
@@ -193,48 +176,52 @@ Vec3 relative_velocity(const RepulsionPair& pair, const std::vector<Vec3>& v) {
 void SelfRepulsion::find(const CollisionCandidates& candidates, const std::vector<Vec3>& x,
                          const std::vector<double>& inverse_mass, const ElementLists& around,
                          const std::vector<Triangle>& triangles) {
-  collect(candidates.near(), chunks_, pairs_,
-          [&](const CandidatePair& candidate, std::vector<RepulsionPair>& found) {
-            const double range = repulsion_range * candidate.thickness;
-            const FourPoints at = corners(candidate.particle, x);
-            if (!candidate.repels || farther_than(range, candidate.kind, at)) return;
-            const ClosestPoints closest = closest_points(candidate.kind, at);
-            const double distance = closest.difference.norm();
-            if (distance >= range || !(distance > 0)) return;
-            RepulsionPair pair{
-                candidate.particle,  closest.weight,     closest.difference / distance, distance,
-                candidate.thickness, candidate.friction, first_count(candidate.kind)};
-            if (!around.first.empty() && !can_touch(pair, candidate.kind, min_angle, x, around, triangles))
-              return;
-            pair.mass = pair.row_mass = effective_mass(pair.particle, pair.weight, inverse_mass);
-            found.push_back(pair);
-          });
+  const std::vector<CandidatePair>& near = candidates.near();
+  parallel_collect(
+      near.size(), repulsions_at_once, ranges_, pairs_,
+      [&](std::size_t i, std::vector<RepulsionPair>& found) {
+        const CandidatePair& candidate = near[i];
+        const double range = repulsion_range * candidate.thickness;
+        const FourPoints at = corners(candidate.particle, x);
+        if (!candidate.repels || farther_than(range, candidate.kind, at)) return;
+        const ClosestPoints closest = closest_points(candidate.kind, at);
+        const double distance = closest.difference.norm();
+        if (distance >= range || !(distance > 0)) return;
+        RepulsionPair pair{candidate.particle,  closest.weight,     closest.difference / distance, distance,
+                           candidate.thickness, candidate.friction, first_count(candidate.kind)};
+        if (!around.first.empty() && !can_touch(pair, candidate.kind, min_angle, x, around, triangles))
+          return;
+        pair.mass = pair.row_mass = effective_mass(pair.particle, pair.weight, inverse_mass);
+        found.push_back(pair);
+      });
 }
 
 void SelfRepulsion::find_approaching(const CollisionCandidates& candidates, const std::vector<Vec3>& x,
                                      const std::vector<Vec3>& v, double dt, const ElementLists& around,
                                      const std::vector<Triangle>& triangles) {
   DUET_ASSERT(dt > 0 && x.size() == v.size());
-  collect(candidates.near(), chunks_, pairs_,
-          [&](const CandidatePair& candidate, std::vector<RepulsionPair>& found) {
-            if (!candidate.repels) return;
-            const FourPoints start = corners(candidate.particle, x), all = corners(candidate.particle, v);
-            const auto touches = [&](const RepulsionPair& pair) {
-              return around.first.empty() ||
-                     can_touch(pair, candidate.kind, nearly_flat, x, around, triangles);
-            };
-            const auto first = as_index(first_count(candidate.kind));
-            for (const Moving moving : {both, first_alone, second_alone}) {
-              FourPoints velocity = all;
-              for (std::size_t i = 0; i < 4; ++i)
-                if (moving == (i < first ? second_alone : first_alone)) velocity[i].setZero();
-              const std::optional<RepulsionPair> pair = meeting(candidate, start, velocity, dt, touches);
-              if (pair) {
-                found.push_back(*pair);
-                return;
-              }
-            }
-          });
+  const std::vector<CandidatePair>& near = candidates.near();
+  parallel_collect(
+      near.size(), repulsions_at_once, ranges_, pairs_,
+      [&](std::size_t number, std::vector<RepulsionPair>& found) {
+        const CandidatePair& candidate = near[number];
+        if (!candidate.repels) return;
+        const FourPoints start = corners(candidate.particle, x), all = corners(candidate.particle, v);
+        const auto touches = [&](const RepulsionPair& pair) {
+          return around.first.empty() || can_touch(pair, candidate.kind, nearly_flat, x, around, triangles);
+        };
+        const auto first = as_index(first_count(candidate.kind));
+        for (const Moving moving : {both, first_alone, second_alone}) {
+          FourPoints velocity = all;
+          for (std::size_t i = 0; i < 4; ++i)
+            if (moving == (i < first ? second_alone : first_alone)) velocity[i].setZero();
+          const std::optional<RepulsionPair> pair = meeting(candidate, start, velocity, dt, touches);
+          if (pair) {
+            found.push_back(*pair);
+            return;
+          }
+        }
+      });
 }
 
 namespace {
@@ -301,12 +288,13 @@ void SelfRepulsion::use_inverse_masses(const std::vector<SymmetricBlock>* invers
   }
 }
 
-void SelfRepulsion::sweep(bool with_target, const std::vector<double>& inverse_mass,
+void SelfRepulsion::sweep(ProjectTo goal, const std::vector<double>& inverse_mass,
                           std::vector<Vec3>& v) const {
   const auto project = [&](const RepulsionPair& pair) {
     if (!takes(pair)) return;
     const double speed = relative_velocity(pair, v).dot(pair.normal);
-    const Vec3 impulse = pair.row_mass * ((with_target ? pair.target : 0) - speed) * pair.normal;
+    const Vec3 impulse =
+        pair.row_mass * ((goal == ProjectTo::targets ? pair.target : 0) - speed) * pair.normal;
     if (!row_inverse_mass_) {
       apply_impulse(pair, impulse, inverse_mass, v);
       return;

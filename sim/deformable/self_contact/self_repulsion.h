@@ -13,6 +13,12 @@
 
 namespace duet {
 
+/// The normal velocities that a projection gives to the rows of its constraints.
+enum class ProjectTo {
+  targets,  ///< The target of each row.
+  zero      ///< Zero: the projection is linear.
+};
+
 /// The nearest points of two elements, as a constraint on particle velocities.
 ///
 /// The speed at which the points separate is n . sum w_i v_i, with the unit normal n and the weights w_i.
@@ -116,18 +122,14 @@ class SelfRepulsion {
   /// Projects `v` (m/s) onto the active rows, one after the other forward and backward, which is self-adjoint
   /// in the mass inner product.
   ///
-  /// With targets the normal velocities go to their targets, without to 0. `inverse_mass` (1/kg) is used
-  /// unless use_inverse_masses() has set other masses.
-  void sweep(bool with_target, const std::vector<double>& inverse_mass, std::vector<Vec3>& v) const;
+  /// `goal` says to which normal velocities. `inverse_mass` (1/kg) is used unless use_inverse_masses() has
+  /// set other masses.
+  void sweep(ProjectTo goal, const std::vector<double>& inverse_mass, std::vector<Vec3>& v) const;
 
   /// Returns the pairs of the last find() or find_approaching().
   const std::vector<RepulsionPair>& pairs() const { return pairs_; }
 
  private:
-  // Results of one chunk of candidates.
-  struct Chunk {
-    std::vector<RepulsionPair> pairs;
-  };
   // Sums of the impulses that a pair has received in a call of apply() or apply_elastic(), N s.
   struct PairImpulse {
     double normal = 0;
@@ -139,7 +141,7 @@ class SelfRepulsion {
   void sweep_impulses(Visit&& visit);
 
   std::vector<PairImpulse> impulses_;  // of the pairs
-  std::vector<Chunk> chunks_;
+  CollectScratch<RepulsionPair> ranges_;
   std::vector<RepulsionPair> pairs_;
   // Returns whether a pair takes part in sweep().
   bool takes(const RepulsionPair& pair) const {

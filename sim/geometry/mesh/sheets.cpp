@@ -18,7 +18,8 @@ constexpr double full_turn = 2 * std::numbers::pi;
 constexpr int fine_pieces = 64;
 
 // Returns nodes at equal arc lengths on the curve at(u), u in [0, 1].
-Curve evenly(const std::function<Vec3(double)>& at, int segments, bool is_closed) {
+Curve evenly(const std::function<Vec3(double)>& at, int segments, CurveEnds ends) {
+  const bool is_closed = ends == CurveEnds::are_joined;
   const int fine = fine_pieces * segments;
   std::vector<Vec3> points;
   std::vector<double> length{0};
@@ -100,8 +101,9 @@ std::vector<SheetEdge> edges(const Sheet& sheet) {
   return result;
 }
 
-Curve curve_through(const std::vector<Vec3>& points, int segments, bool is_closed) {
+Curve curve_through(const std::vector<Vec3>& points, int segments, CurveEnds ends) {
   DUET_ASSERT(points.size() >= 2 && segments > 0);
+  const bool is_closed = ends == CurveEnds::are_joined;
   const int count = static_cast<int>(points.size()), spans = is_closed ? count : count - 1;
   // Returns control point i. An open curve goes straight on beyond its ends.
   const auto point = [&](int i) -> Vec3 {
@@ -116,7 +118,7 @@ Curve curve_through(const std::vector<Vec3>& points, int segments, bool is_close
     const Vec3 a = point(i - 1), b = point(i), c = point(i + 1), d = point(i + 2);
     return b + 0.5 * t * (c - a + t * (2 * a - 5 * b + 4 * c - d + t * (3 * (b - c) + d - a)));
   };
-  return evenly(at, segments, is_closed);
+  return evenly(at, segments, ends);
 }
 
 Curve helix(double radius, double pitch, double turns, int segments) {
@@ -126,7 +128,7 @@ Curve helix(double radius, double pitch, double turns, int segments) {
         const double angle = full_turn * turns * u;
         return Vec3(radius * math::cos(angle), pitch * turns * (u - 0.5), -radius * math::sin(angle));
       },
-      segments, false);
+      segments, CurveEnds::are_apart);
 }
 
 Curve torus_knot(double radius, double tube, int p, int q, int segments) {
@@ -137,7 +139,7 @@ Curve torus_knot(double radius, double tube, int p, int q, int segments) {
         const double r = radius + tube * math::cos(around);
         return Vec3(r * math::cos(about), tube * math::sin(around), r * math::sin(about));
       },
-      segments, true);
+      segments, CurveEnds::are_joined);
 }
 
 }  // namespace duet

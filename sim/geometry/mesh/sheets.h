@@ -32,6 +32,9 @@ struct SheetEdge {
 /// Returns all edges of the sheet, each once, in the order in which the triangles meet them.
 std::vector<SheetEdge> edges(const Sheet& sheet);
 
+/// Whether the ends of a curve are joined.
+enum class CurveEnds { are_apart, are_joined };
+
 /// A polygonal line.
 struct Curve {
   std::vector<Vec3> nodes;  ///< Positions, m.
@@ -40,7 +43,7 @@ struct Curve {
 
 /// Returns a curve of `segments` segments of equal arc length through the points, in their order. It is a
 /// Catmull-Rom spline; two points give a straight line. At least two points are needed.
-Curve curve_through(const std::vector<Vec3>& points, int segments, bool is_closed);
+Curve curve_through(const std::vector<Vec3>& points, int segments, CurveEnds ends);
 /// Returns a helix about the axis y, from its lower end to its upper one. `radius` and `pitch`, the rise of
 /// one turn, are in m.
 Curve helix(double radius, double pitch, double turns, int segments);

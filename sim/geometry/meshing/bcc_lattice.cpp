@@ -46,8 +46,8 @@ struct OctreeCell {
 // The octree of the cells that the lattice consists of.
 class Octree {
  public:
-  Octree(const LevelSet& shape, double spacing, bool graded)
-      : shape_(shape), spacing_(spacing), graded_(graded) {
+  Octree(const LevelSet& shape, double spacing, CellSizes sizes)
+      : shape_(shape), spacing_(spacing), graded_(sizes == CellSizes::graded) {
     // The octree reaches two finest cells beyond the shape, and the middle of the shape is a common corner of
     // cells of all sizes.
     const Vec3 center = (shape.lower() + shape.upper()) / 2, half = (shape.upper() - shape.lower()) / 2;
@@ -59,7 +59,7 @@ class Octree {
     for (int k = 0; k < 2 * count.z(); ++k)
       for (int j = 0; j < 2 * count.y(); ++j)
         for (int i = 0; i < 2 * count.x(); ++i) grow({levels - 1, Vec3i(i, j, k)});
-    if (graded) balance();
+    if (graded_) balance();
   }
 
   const Vec3& origin() const { return origin_; }
@@ -249,9 +249,9 @@ bool BccLattice::is_long(int a, int b) const {
   return (nodes[as_index(a)] - nodes[as_index(b)]).cwiseAbs().sum() == 2;
 }
 
-BccLattice bcc_lattice(const LevelSet& shape, double spacing, bool graded) {
+BccLattice bcc_lattice(const LevelSet& shape, double spacing, CellSizes sizes) {
   DUET_ASSERT(spacing > 0);
-  const Octree octree(shape, spacing, graded);
+  const Octree octree(shape, spacing, sizes);
   return LatticeBuilder(octree, spacing).take();
 }
 

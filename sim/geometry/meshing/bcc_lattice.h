@@ -10,6 +10,12 @@
 
 namespace duet {
 
+/// The sizes of the cells of a lattice.
+enum class CellSizes {
+  uniform,  ///< All cells have the size of those at the surface.
+  graded    ///< Cells double in size with their depth below the surface, which keeps its resolution.
+};
+
 /// A BCC lattice of tetrahedra.
 struct BccLattice {
   Vec3 origin = Vec3::Zero();  ///< Position of the node (0, 0, 0), m.
@@ -27,8 +33,8 @@ struct BccLattice {
 };
 
 /// Returns a lattice that covers the inside of `shape`, with finest cells of `spacing` (m) wherever its
-/// surface may pass, so that every tet that the surface may cut belongs to the uniform lattice. If `graded`,
-/// cells grow with the depth below the surface, and the sizes of neighbors differ by a factor of two at most.
-BccLattice bcc_lattice(const LevelSet& shape, double spacing, bool graded);
+/// surface may pass, so that every tet that the surface may cut belongs to the uniform lattice. The sizes
+/// of neighbors differ by a factor of two at most.
+BccLattice bcc_lattice(const LevelSet& shape, double spacing, CellSizes sizes);
 
 }  // namespace duet

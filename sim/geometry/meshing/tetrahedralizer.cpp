@@ -10,8 +10,8 @@
 
 namespace duet {
 
-TetMesh tetrahedralize(const LevelSet& shape, double spacing, bool graded) {
-  TetMesh mesh = tets_inside(cut_lattice(bcc_lattice(shape, spacing, graded), shape));
+TetMesh tetrahedralize(const LevelSet& shape, double spacing, CellSizes sizes) {
+  TetMesh mesh = tets_inside(cut_lattice(bcc_lattice(shape, spacing, sizes), shape));
   raise_altitudes(mesh, shape, spacing);
   return mesh;
 }

@@ -7,6 +7,7 @@
 #include "sim/geometry/level_set/level_set.h"
 #include "sim/geometry/mesh/tet_mesh.h"
 #include "sim/geometry/mesh/triangle_mesh.h"
+#include "sim/geometry/meshing/bcc_lattice.h"
 
 namespace duet {
 
@@ -18,14 +19,13 @@ inline constexpr double min_dihedral_angle = 9.5;
 inline constexpr double max_dihedral_angle = 161.5;
 
 /// Fills the inside of `shape` with tets of a body-centered cubic lattice with cells of `spacing` (m), fitted
-/// to the surface. If `graded`, cells double in size with their depth below the surface, which keeps its
-/// resolution.
+/// to the surface.
 ///
 /// The boundary is a closed manifold. Its nodes lie on the surface, except where the spacing does not resolve
 /// it (walls and gaps of about a cell); there they may be off by up to 0.35 of the spacing. Sharp edges are
 /// cut off by a fraction of a cell. If no node of the lattice lies inside, the mesh is empty. The result is
 /// the same for any thread count.
-TetMesh tetrahedralize(const LevelSet& shape, double spacing, bool graded = false);
+TetMesh tetrahedralize(const LevelSet& shape, double spacing, CellSizes sizes = CellSizes::uniform);
 
 /// Returns a spacing (m) that gives four cells across LevelSet::min_size() and at least ten along the
 /// longest extent.

@@ -47,11 +47,12 @@ void remove_abandoned(const fs::path& target) {
 
 }  // namespace
 
-Staging::Staging(const fs::path& target, bool overwrite, bool is_folder)
+Staging::Staging(const fs::path& target, Kind kind, OldTarget old_target)
     : target_(target.filename().empty() ? target.parent_path() : target),
       path_(target_.string() + temporary_mark + std::to_string(::getpid())),
-      overwrite_(overwrite) {
-  if (!overwrite && fs::exists(fs::symlink_status(target_)))
+      old_target_(old_target) {
+  const bool is_folder = kind == Kind::folder;
+  if (old_target == OldTarget::is_kept && fs::exists(fs::symlink_status(target_)))
     throw Error(
         ExitStatus::usage,
         fmt::format(
@@ -80,7 +81,7 @@ void Staging::finish() {
   // The system cannot replace a folder that has files in one call, so the old target is renamed first, and
   // removed last.
   const fs::path aside = target_.string() + temporary_mark + std::to_string(::getpid()) + "-before";
-  const bool replaces = overwrite_ && fs::exists(fs::symlink_status(target_));
+  const bool replaces = old_target_ == OldTarget::is_replaced && fs::exists(fs::symlink_status(target_));
   if (replaces) fs::rename(target_, aside, error);
   if (!error) fs::rename(path_, target_, error);
   if (error) {

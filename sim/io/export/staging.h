@@ -15,11 +15,18 @@ namespace fs = std::filesystem;
 /// beside the target, "run.glb.tmp4711" with the number of the process, and the destructor removes it.
 class Staging {
  public:
-  /// Creates an empty file, or an empty folder if `is_folder`, beside the target. Removes files and folders
-  /// that killed programs left beside this target. Throws Error (usage) if the target is there and
-  /// `overwrite` is false, or if it is a folder instead of a file or the other way round. Throws FileError
-  /// if nothing can be written there.
-  Staging(const fs::path& target, bool overwrite, bool is_folder);
+  /// What the target is.
+  enum class Kind { file, folder };
+  /// What happens to a target that is there already.
+  enum class OldTarget {
+    is_kept,     ///< The constructor throws.
+    is_replaced  ///< finish() removes it.
+  };
+
+  /// Creates an empty file or folder beside the target. Removes files and folders that killed programs left
+  /// beside this target. Throws Error (usage) if the target is there and is to be kept, or if it is a folder
+  /// instead of a file or the other way round. Throws FileError if nothing can be written there.
+  Staging(const fs::path& target, Kind kind, OldTarget old_target);
   /// Removes the file or folder unless it has been finished.
   ~Staging();
   Staging(const Staging&) = delete;
@@ -35,7 +42,7 @@ class Staging {
 
  private:
   const fs::path target_, path_;
-  const bool overwrite_;
+  const OldTarget old_target_;
   bool is_finished_ = false;
   int held_ = -1;  // descriptor of the file or folder, locked so that other programs do not remove it
 };

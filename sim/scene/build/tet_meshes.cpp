@@ -64,7 +64,7 @@ TetMesh filled(const DeformableBody& body) {
           : level_set(surface);
   const double spacing = body.shape.spacing.value_or(default_spacing(inside));
   check_lattice(body, inside, spacing);
-  TetMesh mesh = tetrahedralize(inside, spacing, body.shape.graded);
+  TetMesh mesh = tetrahedralize(inside, spacing, body.shape.graded ? CellSizes::graded : CellSizes::uniform);
   const int parts = connected_parts(mesh);
   if (parts == 0)
     fail(body, fmt::format("no tetrahedron {:.3g} m wide fits inside; lower `spacing`", spacing));

@@ -226,7 +226,7 @@ TEST(ContactGraph, LevelsCountSoftBodiesToo) {
   Bodies& bodies = simulation.world().bodies;
   ContactSet contacts = candidates(bodies, 1e-3);
   ContactGraph graph;
-  build_contact_graph(bodies, simulation.world().gravity, true, contacts, graph);
+  build_contact_graph(bodies, simulation.world().gravity, RigidPairs::are_active, contacts, graph);
   // rigid: box2, box4, ground; deformable: soft1, soft3
   EXPECT_EQ(graph.level, (std::vector<int>{2, 4, 0, 1, 3}));
   int last = 0;
@@ -249,7 +249,7 @@ TEST(WarmStart, LeavesApproachingRigidPairsInactive) {
   ContactSet contacts = candidates(bodies, 0.1);
   ASSERT_EQ(contacts.pairs.size(), 2u);
   ContactGraph graph;
-  build_contact_graph(bodies, simulation.world().gravity, true, contacts, graph);
+  build_contact_graph(bodies, simulation.world().gravity, RigidPairs::are_active, contacts, graph);
   EXPECT_EQ(graph.schedule.order().size(), 2u);
   bodies.rigid.state[1].velocity = Vec3(0, -1e-3, 0);
   find_speculative_targets(0.1, OrientationUpdate::exact, graph, bodies, contacts);
@@ -274,7 +274,7 @@ TEST(ContactSolve, ConvergesToTheConditionsOfContact) {
   constexpr double dt = 1e-3;
   ContactSet contacts = candidates(bodies, dt);
   ContactGraph graph;
-  build_contact_graph(bodies, simulation.world().gravity, true, contacts, graph);
+  build_contact_graph(bodies, simulation.world().gravity, RigidPairs::are_active, contacts, graph);
   find_speculative_targets(dt, OrientationUpdate::exact, graph, bodies, contacts);
   ContactSolveScratch scratch;
   const int sweeps =
@@ -304,7 +304,7 @@ TEST(Interpenetration, KeepsThePairsCenterOfMass) {
   ContactSet contacts = candidates(bodies, 0.01);
   for (ContactPair& pair : contacts.pairs) pair.collided = true;
   ContactGraph graph;
-  build_contact_graph(bodies, simulation.world().gravity, true, contacts, graph);
+  build_contact_graph(bodies, simulation.world().gravity, RigidPairs::are_active, contacts, graph);
   PushOutScratch scratch;
   EXPECT_GT(resolve_interpenetration(bodies, graph, {.iterations = 8}, contacts, scratch), 0);
   const double heavy = bodies.rigid.state[0].pose.position.x(),
@@ -327,7 +327,7 @@ TEST(Interpenetration, OneSweepFreesALightBodyBetweenHeavyOnes) {
   ContactSet contacts = candidates(bodies, 0.01);
   for (ContactPair& pair : contacts.pairs) pair.collided = true;
   ContactGraph graph;
-  build_contact_graph(bodies, simulation.world().gravity, true, contacts, graph);
+  build_contact_graph(bodies, simulation.world().gravity, RigidPairs::are_active, contacts, graph);
   PushOutScratch scratch;
   resolve_interpenetration(bodies, graph, {.iterations = 1}, contacts, scratch);
   EXPECT_LT(max_penetration(bodies, {}), 1e-3 * 0.1);
@@ -342,7 +342,7 @@ TEST(Interpenetration, ASoftBoxIsLiftedOffTheGroundAndStaysWhole) {
   Bodies& bodies = simulation.world().bodies;
   ContactSet contacts = candidates(bodies, 0.01);
   ContactGraph graph;
-  build_contact_graph(bodies, simulation.world().gravity, true, contacts, graph);
+  build_contact_graph(bodies, simulation.world().gravity, RigidPairs::are_active, contacts, graph);
   PushOutScratch scratch;
   resolve_interpenetration(bodies, graph, {}, contacts, scratch);
   EXPECT_LT(max_penetration(bodies, {}), 1.1e-6);

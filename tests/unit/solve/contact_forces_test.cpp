@@ -23,7 +23,7 @@ class ContactsInSolve : public ::testing::Test {
     islands_.begin(bodies());
     islands_.finish();
     blocks_.find(bodies(), 1e-3);
-    VelocitySystem(bodies(), 1e-3, false, nullptr, force_, inertia_);
+    VelocitySystem(bodies(), 1e-3, ImplicitForces::damping, nullptr, force_, inertia_);
     contacts_.build(bodies(), world().context.contacts, world().context.graph, islands_, 1, blocks_.own());
   }
   World& world() { return simulation_.world(); }
@@ -36,7 +36,7 @@ class ContactsInSolve : public ::testing::Test {
   }
   // Returns the inner product with the mass matrix.
   double inner(const GeneralizedVelocity& u, const GeneralizedVelocity& v) {
-    return VelocitySystem(bodies(), 1e-3, false, nullptr, force_, inertia_).inner(u, v);
+    return VelocitySystem(bodies(), 1e-3, ImplicitForces::damping, nullptr, force_, inertia_).inner(u, v);
   }
   // Returns the potential at `at` + `share` `direction`, with the bounds of friction from `at`, J.
   double potential(const GeneralizedVelocity& at, double share, const GeneralizedVelocity& direction) {

@@ -30,12 +30,15 @@ class IslandSolve : public ::testing::Test {
   }
   World& world() { return simulation_.world(); }
   Bodies& bodies() { return world().bodies; }
-  VelocitySystem system() { return VelocitySystem(bodies(), 1e-3, false, &projection_, force_, inertia_); }
+  VelocitySystem system() {
+    return VelocitySystem(bodies(), 1e-3, ImplicitForces::damping, &projection_, force_, inertia_);
+  }
   CgResult solve(VelocitySystem& system, double tolerance, int most, GeneralizedVelocity& x) {
     islands_.begin(bodies());
     projection_.join(islands_);
     islands_.finish();
-    return solve_islands(system, &projection_, masses_, true, islands_, b_, tolerance, most, x, search_);
+    return solve_islands(system, &projection_, masses_, AssembleBlocks::all, islands_, b_, tolerance, most, x,
+                         search_);
   }
   // Returns the norm of P (b - A x) by the particles' own masses, m/s.
   double residual(const GeneralizedVelocity& x) {
@@ -118,7 +121,7 @@ TEST_F(IslandSolve, LeavesAloneWhatBeginsAtItsSolution) {
 
   b_.particle.back() += Vec3(1, 0, 0);  // not the solution any more: its blocks are added to the others
   const SymmetricBlock known = masses_.mass[0];
-  A.use(masses_, false);
+  A.use(masses_, AssembleBlocks::missing);
   EXPECT_TRUE(masses_.known.has(x.particle.size() - 1));
   EXPECT_GT(masses_.mass.back().diagonal.minCoeff(), 0);
   EXPECT_EQ(masses_.mass[0].diagonal, known.diagonal);

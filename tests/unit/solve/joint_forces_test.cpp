@@ -57,7 +57,7 @@ class DriveInSolve : public ::testing::Test {
     return v;
   }
   double inner(const GeneralizedVelocity& u, const GeneralizedVelocity& v) {
-    return VelocitySystem(bodies(), dt, false, nullptr, force_, inertia_).inner(u, v);
+    return VelocitySystem(bodies(), dt, ImplicitForces::damping, nullptr, force_, inertia_).inner(u, v);
   }
   double potential(const GeneralizedVelocity& at, double share, const GeneralizedVelocity& direction) {
     GeneralizedVelocity there = at;

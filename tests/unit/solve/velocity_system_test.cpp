@@ -26,7 +26,7 @@ class ConstrainedSystem : public ::testing::Test {
   }
   World& world() { return simulation_.world(); }
   VelocitySystem system(const ContactProjection* projection) {
-    return VelocitySystem(world().bodies, dt_, false, projection, force_, inertia_);
+    return VelocitySystem(world().bodies, dt_, ImplicitForces::damping, projection, force_, inertia_);
   }
 
   static constexpr double dt_ = 1e-3;
@@ -188,7 +188,7 @@ TEST_F(ConstrainedSystem, SinglePrecisionIsTakenWhereItIsEnough) {
   // Damping is prepared for the present positions.
   world().bodies.forces.add_elastic_forces(world().bodies.particles.x, unused);
   VelocitySystem exact = system(&projection_);
-  exact.use(masses, true);
+  exact.use(masses, AssembleBlocks::all);
   projection_.use_inverse_masses(&masses.inverse);
   GeneralizedVelocity b = random_velocity(world().bodies, 9), start = b, r, s, q, residual;
   exact.apply_preconditioner(b);
@@ -196,7 +196,7 @@ TEST_F(ConstrainedSystem, SinglePrecisionIsTakenWhereItIsEnough) {
   const double before = conjugate_gradient(exact, b, 0, 0, start, r, s, q).residual;
   for (const double factor : {1e3, 1e8}) {
     VelocitySystem A = system(&projection_);
-    A.use(masses, false);
+    A.use(masses, AssembleBlocks::missing);
     GeneralizedVelocity x = start;
     std::vector<Vec3> collected(x.particle.size(), Vec3::Zero()), expected = collected, scratch;
     A.collect_forces(collected, scratch);
@@ -235,9 +235,9 @@ TEST(VelocitySystem, DampingOfMassKeepsItsMoment) {
   std::vector<Vec3> force(bodies.particles.size(), Vec3::Zero()), scratch;
   bodies.forces.add_elastic_forces(bodies.particles.x, force);
   std::vector<Mat3> inertia;
-  VelocitySystem A(bodies, 1e-3, false, nullptr, force, inertia);
+  VelocitySystem A(bodies, 1e-3, ImplicitForces::damping, nullptr, force, inertia);
   BlockJacobi masses;
-  A.use(masses, true);
+  A.use(masses, AssembleBlocks::all);
   GeneralizedVelocity b, x, r, s, q;
   to_generalized(bodies, b);
   x = b;
@@ -273,7 +273,7 @@ TEST_F(ConstrainedSystem, PreconditionerKeepsTheSolution) {
   EXPECT_TRUE(without.converged);
 
   VelocitySystem C = system(&projection_);
-  C.use(masses, true);
+  C.use(masses, AssembleBlocks::all);
   C.apply_preconditioner(weighed);
   projection_.use_inverse_masses(&masses.inverse);
   const GeneralizedVelocity u = random_velocity(world().bodies, 3), v = random_velocity(world().bodies, 4);
@@ -328,7 +328,7 @@ TEST(RepulsionsInProjection, KeepItSymmetric) {
   std::vector<Mat3> inertia;
   for (const int sweeps : {1, 1000}) {
     projection.build(world.bodies, world.context.contacts, world.context.graph, sweeps, &repulsions);
-    const VelocitySystem P(world.bodies, 1e-3, false, &projection, force, inertia);
+    const VelocitySystem P(world.bodies, 1e-3, ImplicitForces::damping, &projection, force, inertia);
     const GeneralizedVelocity u = random_velocity(world.bodies, 7), v = random_velocity(world.bodies, 8);
     GeneralizedVelocity Pu = u, Pv = v;
     P.project(Pu);
@@ -371,7 +371,7 @@ TEST(ProjectionOfAllContacts, IsSymmetricAndPositiveSemidefinite) {
   ContactProjection projection;
   for (const int sweeps : {1, 2, 7}) {
     projection.build(world.bodies, contacts, world.context.graph, sweeps, &repulsions);
-    VelocitySystem A(world.bodies, 1e-3, false, &projection, force, inertia);
+    VelocitySystem A(world.bodies, 1e-3, ImplicitForces::damping, &projection, force, inertia);
     for (unsigned seed = 1; seed < 4; ++seed) {
       const GeneralizedVelocity u = random_velocity(world.bodies, seed),
                                 v = random_velocity(world.bodies, seed + 50);
@@ -401,7 +401,7 @@ TEST(ProjectionOfAllContacts, IsSymmetricAndPositiveSemidefinite) {
   // After many sweeps P P = P. Repulsions are left out here: their rows are more than they can determine and
   // almost repeat each other. The test above shows how fast they converge.
   projection.build(world.bodies, contacts, world.context.graph, 4000, nullptr);
-  VelocitySystem P(world.bodies, 1e-3, false, &projection, force, inertia);
+  VelocitySystem P(world.bodies, 1e-3, ImplicitForces::damping, &projection, force, inertia);
   GeneralizedVelocity once = random_velocity(world.bodies, 3);
   P.project(once);
   GeneralizedVelocity twice = once, difference;
@@ -475,8 +475,8 @@ TEST(ProjectionOfJointedBodies, IsSymmetricAndKeepsTheJoints) {
   StepContext& context = world.context;
   for (ContactPoint& contact : context.contacts.points) update_geometry(world.bodies, contact);
   context.articulated_response.outdate();
-  const ArticulatedResponse* linked =
-      context.articulated_response.prepare(world.bodies, context.joints, false, context.contacts);
+  const ArticulatedResponse* linked = context.articulated_response.prepare(
+      world.bodies, context.joints, ControlledJoints::are_free, context.contacts);
   ASSERT_TRUE(linked && linked->is_complete());
   context.joints.prepare_projection(world.bodies.rigid);
   ContactProjection projection;
@@ -486,7 +486,7 @@ TEST(ProjectionOfJointedBodies, IsSymmetricAndKeepsTheJoints) {
   for (const int sweeps : {1, 3}) {
     projection.build(world.bodies, context.contacts, context.graph, sweeps, nullptr, linked);
     projection.add_joints(context.joints);
-    const VelocitySystem P(world.bodies, 1e-3, false, &projection, force, inertia);
+    const VelocitySystem P(world.bodies, 1e-3, ImplicitForces::damping, &projection, force, inertia);
     for (unsigned seed = 1; seed < 4; ++seed) {
       const GeneralizedVelocity u = random_velocity(world.bodies, seed),
                                 v = random_velocity(world.bodies, seed + 50);

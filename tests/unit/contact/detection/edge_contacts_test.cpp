@@ -234,9 +234,9 @@ struct DenseLook {
 };
 
 // Looks at the feature edges of `guest` at `pose`, 20 places between two nodes, and updates `look`.
-void look_densely(const FeatureEdges& feature_edges, const Pose& pose, const LevelSet& host, bool is_reversed,
-                  const LevelSet& guest, DenseLook& look) {
-  if (can_touch_with_feature_edges(guest, host, is_reversed))
+void look_densely(const FeatureEdges& feature_edges, const Pose& pose, const LevelSet& host,
+                  PairDirection direction, const LevelSet& guest, DenseLook& look) {
+  if (can_touch_with_feature_edges(guest, host, direction))
     for (const EdgeContact& near : edge_contacts(feature_edges, pose, host, 0.02))
       look.known = std::min(look.known, near.distance);
   for (const FeatureEdges::Line& line : feature_edges.lines) {
@@ -269,8 +269,8 @@ TEST(EdgeContacts, MissNothingOfAFirstTouch) {
       const Pose pose{beside + way * from, orientation};
       const Pose inverse{-(orientation.conjugate() * pose.position), orientation.conjugate()};
       look = {};
-      look_densely(feature_edges, pose, host, false, guest, look);
-      look_densely(others, inverse, guest, true, host, look);
+      look_densely(feature_edges, pose, host, PairDirection::as_found, guest, look);
+      look_densely(others, inverse, guest, PairDirection::reversed, host, look);
     }
     if (look.least > 0) continue;  // the bodies miss each other, or one goes through a ring
     ++told;
@@ -322,14 +322,16 @@ TEST(EdgeContacts, IgnoresRimsThatFaceAway) {
 // The feature edges of two round bodies are searched in one of the two directions of their pair. Otherwise
 // their center lines would be found twice, with two contacts at one place.
 TEST(EdgeContacts, OfRoundBodiesAreSearchedInOneDirection) {
+  using enum PairDirection;
   const LevelSet ring = LevelSet::torus(1, 0.2), ball = LevelSet::sphere(1);
-  EXPECT_TRUE(can_touch_with_feature_edges(ring, ring, false));
-  EXPECT_FALSE(can_touch_with_feature_edges(ring, ring, true));
-  EXPECT_TRUE(can_touch_with_feature_edges(ring, cube, true));  // its center line over the edges of the cube
-  EXPECT_FALSE(can_touch_with_feature_edges(cube, ring, true));
-  EXPECT_TRUE(can_touch_with_feature_edges(cube, cube, true));
-  EXPECT_FALSE(can_touch_with_feature_edges(ring, ball, true));
-  EXPECT_FALSE(can_touch_with_feature_edges(cube, LevelSet::half_space(), false));
+  EXPECT_TRUE(can_touch_with_feature_edges(ring, ring, as_found));
+  EXPECT_FALSE(can_touch_with_feature_edges(ring, ring, reversed));
+  EXPECT_TRUE(
+      can_touch_with_feature_edges(ring, cube, reversed));  // its center line over the edges of the cube
+  EXPECT_FALSE(can_touch_with_feature_edges(cube, ring, reversed));
+  EXPECT_TRUE(can_touch_with_feature_edges(cube, cube, reversed));
+  EXPECT_FALSE(can_touch_with_feature_edges(ring, ball, reversed));
+  EXPECT_FALSE(can_touch_with_feature_edges(cube, LevelSet::half_space(), as_found));
 }
 
 // A soft edge crosses the upright edge at x = y = 1/2 of a cube. The contact has the plane of both edges

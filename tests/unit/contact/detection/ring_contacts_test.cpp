@@ -132,14 +132,14 @@ TEST(RingContacts, OfBallsHaveTheRingAsHost) {
 TEST(RingContacts, HaveOneGuest) {
   const LevelSet small = LevelSet::torus(0.1, 0.04), large = LevelSet::torus(0.2, 0.04),
                  ball = LevelSet::sphere(1), rod = LevelSet::capsule(1, 1);
-  for (const bool is_reversed : {false, true}) {
-    EXPECT_TRUE(is_guest_of_ring(small, large, is_reversed));
-    EXPECT_FALSE(is_guest_of_ring(large, small, is_reversed));
-    EXPECT_EQ(is_guest_of_ring(small, small, is_reversed), !is_reversed);
-    EXPECT_TRUE(can_touch_with_feature_edges(small, rod, is_reversed));
-    EXPECT_FALSE(can_touch_with_feature_edges(rod, small, is_reversed));
-    EXPECT_TRUE(can_touch_with_feature_edges(ball, small, is_reversed));
-    EXPECT_FALSE(can_touch_with_feature_edges(small, ball, is_reversed));
+  for (const PairDirection direction : {PairDirection::as_found, PairDirection::reversed}) {
+    EXPECT_TRUE(is_guest_of_ring(small, large, direction));
+    EXPECT_FALSE(is_guest_of_ring(large, small, direction));
+    EXPECT_EQ(is_guest_of_ring(small, small, direction), direction == PairDirection::as_found);
+    EXPECT_TRUE(can_touch_with_feature_edges(small, rod, direction));
+    EXPECT_FALSE(can_touch_with_feature_edges(rod, small, direction));
+    EXPECT_TRUE(can_touch_with_feature_edges(ball, small, direction));
+    EXPECT_FALSE(can_touch_with_feature_edges(small, ball, direction));
   }
   EXPECT_FALSE(touch_along_ring(small, LevelSet::box(Vec3(1, 1, 1))));
   EXPECT_FALSE(touch_along_ring(LevelSet::sphere(1), LevelSet::capsule(1, 1)));

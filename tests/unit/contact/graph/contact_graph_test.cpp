@@ -19,7 +19,7 @@ const Vec3 gravity(0, -9.8, 0), up(0, 1, 0), sideways(1, 0, 0);
 // Builds the contact graph for the gravity `g` (m/s^2).
 ContactGraph graph_of(const Bodies& bodies, ContactSet& contacts, const Vec3& g = gravity) {
   ContactGraph graph;
-  build_contact_graph(bodies, g, true, contacts, graph);
+  build_contact_graph(bodies, g, RigidPairs::are_active, contacts, graph);
   return graph;
 }
 
@@ -212,7 +212,7 @@ TEST(ContactGraph, WithoutTheEffectRigidPairsAreLeftOut) {
   add_pair(contacts, 2, 0, up);
   add_pair(contacts, 0, 1, up);
   ContactGraph graph;
-  build_contact_graph(bodies, gravity, false, contacts, graph);
+  build_contact_graph(bodies, gravity, RigidPairs::are_left_out, contacts, graph);
   EXPECT_TRUE(graph.pairs.empty());
   EXPECT_EQ(graph.schedule.order().size(), 0u);
   EXPECT_EQ(graph.supported, (Flags{0, 0, 1}));

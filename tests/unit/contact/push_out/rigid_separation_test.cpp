@@ -192,7 +192,7 @@ TEST(RigidSeparation, MovesJointedBodiesAsTheirJointsAllow) {
     joints.analyze(chain.bodies.articulation, chain.bodies.rigid);
     joints.update(chain.bodies.articulation, chain.bodies.rigid);
     ArticulatedResponse linked;
-    ASSERT_TRUE(linked.prepare(chain.bodies, joints, false, chain.contacts));
+    ASSERT_TRUE(linked.prepare(chain.bodies, joints, ControlledJoints::are_free, chain.contacts));
     EXPECT_EQ(linked.prepared(), &linked);
     EXPECT_EQ(separate(chain, iterations, knows ? &linked : nullptr), 1);
     EXPECT_LT(max_penetration(chain.bodies, {}), 2 * sweep_tolerance + overlap_tolerance);

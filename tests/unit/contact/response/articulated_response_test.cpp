@@ -45,7 +45,7 @@ class Links : public ::testing::Test {
     Bodies& bodies = world().bodies;
     StepContext& context = world().context;
     context.joints.update(bodies.articulation, bodies.rigid);
-    if (!linked.prepare(bodies, context.joints, false, context.contacts)) return false;
+    if (!linked.prepare(bodies, context.joints, ControlledJoints::are_free, context.contacts)) return false;
     linked.begin(bodies.rigid);
     return true;
   }
@@ -72,7 +72,7 @@ TEST_F(Links, AnswerAsTheirJointsLetThem) {
   context.joints.update(bodies.articulation, bodies.rigid);
   context.joints.stabilize(bodies.rigid);
   ArticulatedResponse linked;
-  ASSERT_TRUE(linked.prepare(bodies, context.joints, false, context.contacts));
+  ASSERT_TRUE(linked.prepare(bodies, context.joints, ControlledJoints::are_free, context.contacts));
   EXPECT_TRUE(linked.is_complete());
   linked.begin(bodies.rigid);
   const Vec3 before = bodies.rigid.state[2].velocity;
@@ -102,14 +102,14 @@ TEST_F(ControlledLinks, AnswerAsTheirControlLetsThem) {
   };
   settle();
   ArticulatedResponse linked;
-  ASSERT_TRUE(linked.prepare(bodies, context.joints, true, context.contacts));
+  ASSERT_TRUE(linked.prepare(bodies, context.joints, ControlledJoints::are_held, context.contacts));
   linked.begin(bodies.rigid);
   linked.push(bodies.rigid, 0, wrench_of(Vec3(0.1, 0.2, -0.1), Vec3(3, -2, 5)));
   linked.finish(bodies.rigid);
   EXPECT_GT(settle(), 0.1);
   test::expect_below(linked.difference(bodies.rigid), 1e-12, "difference, m/s");
   linked.outdate();
-  ASSERT_TRUE(linked.prepare(bodies, context.joints, false, context.contacts));
+  ASSERT_TRUE(linked.prepare(bodies, context.joints, ControlledJoints::are_free, context.contacts));
   linked.begin(bodies.rigid);
   linked.push(bodies.rigid, 0, wrench_of(Vec3(0.1, 0.2, -0.1), Vec3(3, -2, 5)));
   linked.finish(bodies.rigid);

@@ -279,11 +279,11 @@ TEST(SelfRepulsion, RowsProjectSelfAdjointly) {
   }
   const std::vector<Vec3> u = random_field(), v = random_field();
   std::vector<Vec3> Pu = u, Pv = v;
-  repulsion.sweep(false, sheets.inverse_mass, Pu);
-  repulsion.sweep(false, sheets.inverse_mass, Pv);
+  repulsion.sweep(ProjectTo::zero, sheets.inverse_mass, Pu);
+  repulsion.sweep(ProjectTo::zero, sheets.inverse_mass, Pv);
   EXPECT_NEAR(inner(Pu, v), inner(u, Pv), 1e-12 * std::sqrt(inner(u, u) * inner(v, v)));
   EXPECT_LT(inner(Pu, Pu), inner(u, u));
-  for (int i = 0; i < 5000; ++i) repulsion.sweep(true, sheets.inverse_mass, velocity);
+  for (int i = 0; i < 5000; ++i) repulsion.sweep(ProjectTo::targets, sheets.inverse_mass, velocity);
   for (const RepulsionPair& pair : repulsion.pairs())
     EXPECT_NEAR(relative_velocity(pair, velocity).dot(pair.normal), -0.5, 1e-6);
 }

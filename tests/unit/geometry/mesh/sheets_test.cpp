@@ -72,12 +72,12 @@ double max_spread(const Curve& curve) {
 
 TEST(Curve, NodesAreEvenlySpacedFromEndToEnd) {
   const std::vector<Vec3> points = {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(1, 2, 0), Vec3(1, 2, 5)};
-  const Curve open = curve_through(points, 40, false);
+  const Curve open = curve_through(points, 40, CurveEnds::are_apart);
   ASSERT_EQ(open.nodes.size(), 41U);
   EXPECT_NEAR((open.nodes.front() - points.front()).norm(), 0, 1e-12);
   EXPECT_NEAR((open.nodes.back() - points.back()).norm(), 0, 1e-12);
-  const Curve closed =
-      curve_through({Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(-1, 0, 0), Vec3(0, -1, 0)}, 40, true);
+  const Curve closed = curve_through({Vec3(1, 0, 0), Vec3(0, 1, 0), Vec3(-1, 0, 0), Vec3(0, -1, 0)}, 40,
+                                     CurveEnds::are_joined);
   EXPECT_EQ(closed.nodes.size(), 40U);
   // Nodes are at equal distances along the arc. Chords of equal arcs differ by the square of the angle by
   // which they bend.
@@ -86,7 +86,7 @@ TEST(Curve, NodesAreEvenlySpacedFromEndToEnd) {
   EXPECT_LT(max_spread(torus_knot(1, 0.4, 2, 3, 100)), 0.01);
   EXPECT_LT(max_spread(helix(1, 0.3, 3, 60)), 1e-3);
 
-  const Curve straight = curve_through({Vec3(0, 0, 0), Vec3(3, 0, 0)}, 3, false);
+  const Curve straight = curve_through({Vec3(0, 0, 0), Vec3(3, 0, 0)}, 3, CurveEnds::are_apart);
   for (int i = 0; i < 4; ++i) EXPECT_NEAR((straight.nodes[as_index(i)] - Vec3(i, 0, 0)).norm(), 0, 1e-12);
 }
 
@@ -139,7 +139,7 @@ TEST(ThickSurface, OfASheetIsClosedAndFollowsIt) {
 // of 2e-3 is for the bends between the segments of the ring. A ring whose ends do not meet is not closed.
 TEST(ThickSurface, OfARodIsClosedAndAsThickAsIt) {
   const double sector = 2 * std::numbers::pi / 12, section = 6 * std::sin(sector) * 0.1 * 0.1;
-  const Tube rod(curve_through({Vec3(0, 0, 0), Vec3(3, 0, 0)}, 10, false), 0.1);
+  const Tube rod(curve_through({Vec3(0, 0, 0), Vec3(3, 0, 0)}, 10, CurveEnds::are_apart), 0.1);
   expect_closed(rod.rest());
   EXPECT_NEAR(volume_of(rod.rest()), 3 * section, 1e-5);
   std::vector<Vec3> circle;

@@ -152,7 +152,7 @@ TEST(Tetrahedralizer, FillsEveryShapeToItsSurface) {
     for (const bool graded : {false, true}) {
       SCOPED_TRACE(fmt::format("{}{}", name, graded ? ", graded" : ""));
       const double spacing = 0.067;  // m: no simple fraction of the sizes
-      const TetMesh mesh = tetrahedralize(shape, spacing, graded);
+      const TetMesh mesh = tetrahedralize(shape, spacing, graded ? CellSizes::graded : CellSizes::uniform);
       expect_good(mesh);
       EXPECT_EQ(connected_parts(mesh), 1);
       EXPECT_LT(farthest_boundary_node(mesh, shape), 1e-12);  // m: regula falsi stops at 1e-13 of an edge.
@@ -194,7 +194,7 @@ std::set<std::array<double, 3>> boundary_points(const TetMesh& mesh) {
 
 TEST(Tetrahedralizer, GradingKeepsTheSurfaceAndSavesTetsInside) {
   const LevelSet ball = LevelSet::sphere(1);
-  const TetMesh uniform = tetrahedralize(ball, 0.08), graded = tetrahedralize(ball, 0.08, true);
+  const TetMesh uniform = tetrahedralize(ball, 0.08), graded = tetrahedralize(ball, 0.08, CellSizes::graded);
   expect_good(graded);
   // Both meshes have the same boundary nodes, up to how smoothing moves them along the surface.
   EXPECT_EQ(boundary_points(graded).size(), boundary_points(uniform).size());
@@ -242,7 +242,7 @@ TEST(Tetrahedralizer, FillsAMeshOfTwentyThousandTriangles) {
 TEST(Tetrahedralizer, IsTheSameForAnyNumberOfThreads) {
   const auto with_threads = [](int count) {
     set_thread_count(count);
-    return tetrahedralize(LevelSet::torus(0.4, 0.15), 0.045, true);
+    return tetrahedralize(LevelSet::torus(0.4, 0.15), 0.045, CellSizes::graded);
   };
   const TetMesh one = with_threads(1), three = with_threads(3);
   set_thread_count(0);

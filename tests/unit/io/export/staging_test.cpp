@@ -40,14 +40,14 @@ TEST(Staging, FoldersAndFilesAppearWhenTheyAreFinished) {
   const ScratchFolder scratch;
   const fs::path folder = scratch / "below/more/export", file = scratch / "below/run.glb";
   {
-    Staging staging(folder, false, true);
+    Staging staging(folder, Staging::Kind::folder, Staging::OldTarget::is_kept);
     EXPECT_FALSE(fs::exists(folder));
     write_atomically(staging.path() / "0000.obj", "x");
     staging.finish();
   }
   EXPECT_EQ(read_file(folder / "0000.obj"), "x");
   {
-    Staging staging(file, false, false);
+    Staging staging(file, Staging::Kind::file, Staging::OldTarget::is_kept);
     write_atomically(staging.path(), "y");
     EXPECT_FALSE(fs::exists(file));
     staging.finish();
@@ -59,7 +59,8 @@ TEST(Staging, FoldersAndFilesAppearWhenTheyAreFinished) {
 TEST(Staging, LeavesNothingWhenItIsNotFinished) {
   const ScratchFolder scratch;
   {
-    const Staging folder(scratch / "folder", false, true), file(scratch / "file", false, false);
+    const Staging folder(scratch / "folder", Staging::Kind::folder, Staging::OldTarget::is_kept),
+        file(scratch / "file", Staging::Kind::file, Staging::OldTarget::is_kept);
     write_atomically(folder.path() / "0000.obj", "x");
     write_atomically(file.path(), "x");
     EXPECT_EQ(entries(scratch.path()), 2);
@@ -71,14 +72,18 @@ TEST(Staging, ReplacesWhatIsThereOnlyIfAsked) {
   const ScratchFolder scratch;
   create_folder(scratch / "export");
   write_atomically(scratch / "export/old.obj", "old");
-  const std::string text = failure(ExitStatus::usage, [&] { Staging(scratch / "export", false, true); });
+  const std::string text = failure(ExitStatus::usage, [&] {
+    Staging(scratch / "export", Staging::Kind::folder, Staging::OldTarget::is_kept);
+  });
   EXPECT_TRUE(contains(text, "--overwrite")) << text;
-  EXPECT_TRUE(contains(failure(ExitStatus::usage, [&] { Staging(scratch / "export/", false, true); }),
-                       "is there already"))
+  EXPECT_TRUE(contains(
+      failure(ExitStatus::usage,
+              [&] { Staging(scratch / "export/", Staging::Kind::folder, Staging::OldTarget::is_kept); }),
+      "is there already"))
       << "a slash at its end changes nothing";
-  { const Staging given_up(scratch / "export", true, true); }
+  { const Staging given_up(scratch / "export", Staging::Kind::folder, Staging::OldTarget::is_replaced); }
   EXPECT_EQ(read_file(scratch / "export/old.obj"), "old");
-  Staging staging(scratch / "export", true, true);
+  Staging staging(scratch / "export", Staging::Kind::folder, Staging::OldTarget::is_replaced);
   write_atomically(staging.path() / "new.obj", "new");
   EXPECT_EQ(read_file(scratch / "export/old.obj"), "old") << "until it is finished";
   staging.finish();
@@ -96,13 +101,13 @@ TEST(Staging, RemovesWhatKilledProgramsLeft) {
   }
   const int held = ::open((scratch / "export.tmp4343").c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   ASSERT_EQ(::flock(held, LOCK_EX), 0);  // The lock stands for a program that still writes.
-  { const Staging staging(scratch / "export", false, true); }
+  { const Staging staging(scratch / "export", Staging::Kind::folder, Staging::OldTarget::is_kept); }
   EXPECT_FALSE(fs::exists(scratch / "export.tmp4242"));
   EXPECT_TRUE(fs::exists(scratch / "export.tmp4343/0000.obj"));
   EXPECT_EQ(entries(scratch.path()), 4);
   ::close(held);
   write_atomically(scratch / "run.glb.tmp4242", "x");
-  { const Staging staging(scratch / "run.glb", false, false); }
+  { const Staging staging(scratch / "run.glb", Staging::Kind::file, Staging::OldTarget::is_kept); }
   EXPECT_FALSE(fs::exists(scratch / "run.glb.tmp4242"));
 }
 
@@ -110,12 +115,18 @@ TEST(Staging, RefusesAFileForAFolderAndTheOtherWayRound) {
   const ScratchFolder scratch;
   write_atomically(scratch / "file", "x");
   create_folder(scratch / "folder");
-  EXPECT_TRUE(contains(failure(ExitStatus::usage, [&] { Staging(scratch / "file", true, true); }),
-                       "writes a folder, and there is a file"));
-  EXPECT_TRUE(contains(failure(ExitStatus::usage, [&] { Staging(scratch / "folder", true, false); }),
-                       "writes a file, and there is a folder"));
-  failure(ExitStatus::files, [&] { Staging(scratch / "file" / "below", false, true); });
-  failure(ExitStatus::files, [&] { Staging("/proc/duet-test", false, true); });
+  EXPECT_TRUE(contains(
+      failure(ExitStatus::usage,
+              [&] { Staging(scratch / "file", Staging::Kind::folder, Staging::OldTarget::is_replaced); }),
+      "writes a folder, and there is a file"));
+  EXPECT_TRUE(contains(
+      failure(ExitStatus::usage,
+              [&] { Staging(scratch / "folder", Staging::Kind::file, Staging::OldTarget::is_replaced); }),
+      "writes a file, and there is a folder"));
+  failure(ExitStatus::files,
+          [&] { Staging(scratch / "file" / "below", Staging::Kind::folder, Staging::OldTarget::is_kept); });
+  failure(ExitStatus::files,
+          [&] { Staging("/proc/duet-test", Staging::Kind::folder, Staging::OldTarget::is_kept); });
   EXPECT_EQ(entries(scratch.path()), 2);
 }
 
