@@ -130,19 +130,8 @@ void require_replaceable(const fs::path& target, bool is_folder) {
                           target.string()));
 }
 
-}  // namespace
-
-std::string export_formats() {
-  std::string text;
-  for (const Format& format : formats) text += fmt::format("  {:<12}{}\n", format.name, format.what);
-  return text;
-}
-
-void require_format(const std::string& name) { find_format(name); }
-
-Outcome export_run(const ExportOptions& options, Report& report) {
-  const OrderlyStop orderly;
-  const Format& format = find_format(options.format);
+// Throws Error (usage) for an option that has no effect on the format.
+void require_applicable(const ExportOptions& options, const Format& format) {
   if (options.max_megabytes && !format.has_bound)
     throw Error(ExitStatus::usage,
                 fmt::format("--max-size: has no effect on {} (glb and usd have a bound)", format.name));
@@ -158,7 +147,10 @@ Outcome export_run(const ExportOptions& options, Report& report) {
         fmt::format("{}: takes the whole run, with its own axes and meters (leave out --frames, --bodies, "
                     "--up and --scale)",
                     format.name));
-  const io::RunDirectory run = find_run(options.run);
+}
+
+// Returns which bodies and frames are exported, and in which axes and units.
+io::ExportChoice choice_of(const ExportOptions& options) {
   io::ExportChoice choice;
   choice.bodies = options.bodies;
   if (options.frames) {
@@ -167,7 +159,25 @@ Outcome export_run(const ExportOptions& options, Report& report) {
   }
   choice.up = options.up.at(0);
   choice.scale = options.scale;
-  io::ExportedRun exported(run, choice);
+  return choice;
+}
+
+}  // namespace
+
+std::string export_formats() {
+  std::string text;
+  for (const Format& format : formats) text += fmt::format("  {:<12}{}\n", format.name, format.what);
+  return text;
+}
+
+void require_format(const std::string& name) { find_format(name); }
+
+Outcome export_run(const ExportOptions& options, Report& report) {
+  const OrderlyStop orderly;
+  const Format& format = find_format(options.format);
+  require_applicable(options, format);
+  const io::RunDirectory run = find_run(options.run);
+  io::ExportedRun exported(run, choice_of(options));
   run.require_whole(run.scene());
   const scene::Scene scene = scene::read(run.scene().string(), {}, scene::Meshes::leave).scene;
   exported.set_looks(looks_of(scene, exported.manifest()));

@@ -76,7 +76,7 @@ Vec3 gain_of_moving(const StepContext& context, std::size_t first, double mass, 
   for_each_mass(
       bodies, islands, first,
       [&](std::size_t i) {
-        gained += rigid.properties[i].mass / 2 * (moved_body(i) - way).cross(context.twice_moved.rigid[i]);
+        gained += rigid.properties[i].mass / 2 * (moved_body(i) - way).cross(context.twice_moved.linear[i]);
       },
       [&](std::size_t p) {
         gained += particles.mass[p] / 2 * (moved(p) - way).cross(context.twice_moved.particle[p]);
@@ -177,11 +177,11 @@ void begin_spin(World& world, StepContext& context) {
   const RigidBodies& rigid = world.bodies.rigid;
   const bool joints = world.has(Effect::articulation);
   context.twice_moved.particle = context.v_n.particle;
-  context.twice_moved.rigid.resize(rigid.size());
+  context.twice_moved.linear.resize(rigid.size());
   for (std::size_t i = 0; i < rigid.size(); ++i) {
     Vec3 start = context.v_hat_n.rigid[i];
     if (joints) start += rigid.properties[i].inverse_mass * context.joint_push[i];
-    context.twice_moved.rigid[i] = 2 * start - rigid.state[i].velocity;
+    context.twice_moved.linear[i] = 2 * start - rigid.state[i].velocity;
   }
 }
 
@@ -190,7 +190,7 @@ void count_middle_forces(World& world, StepContext& context, double sign) {
   for (std::size_t p = 0; p < bodies.particles.size(); ++p)
     context.twice_moved.particle[p] += sign * bodies.particles.v[p];
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
-    context.twice_moved.rigid[i] += sign * bodies.rigid.state[i].velocity;
+    context.twice_moved.linear[i] += sign * bodies.rigid.state[i].velocity;
 }
 
 bool keeps_spin(const World& world) { return world.settings.keep_spin && world.has_internal_forces(); }

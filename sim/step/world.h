@@ -189,8 +189,8 @@ struct StepContext {
   GeneralizedVelocity start_velocity,  ///< m/s and rad/s, velocities before step V
       middle_velocity;                 ///< m/s and rad/s, velocities of step III
   FreeIslands free_islands;            ///< islands that keep their spin
-  /// m/s, the sum 2 u + w - u' of keep_spin(): per particle, and as `rigid` per center of a rigid body.
-  VelocityState twice_moved;
+  /// m/s, the sum 2 u + w - u' of keep_spin(), of particles and of the centers of rigid bodies alone.
+  GeneralizedVelocity twice_moved;
   bool converged = true;          ///< true if the last implicit solve of I.1 converged
   bool contact_converged = true;  ///< true if this step's solves with contact converged
   std::vector<Mat3> inertia;      ///< kg m^2, world axes, per rigid body; scratch of VelocitySystem

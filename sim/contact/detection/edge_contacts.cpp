@@ -402,7 +402,7 @@ bool can_touch_with_feature_edges(const LevelSet& guest, const LevelSet& host, P
 
 void find_edge_contacts(const FeatureEdges& feature_edges, const Pose& pose, const LevelSet& host,
                         const Eigen::AlignedBox3d& near, double margin, std::vector<EdgeContact>& found,
-                        bool with_edges_on_faces) {
+                        EdgesOnFaces on_faces) {
   const bool is_ring = !feature_edges.lines.empty() && feature_edges.lines.front().radius > 0 &&
                        feature_edges.lines.front().around > 0;
   if (is_ring && is_swept_by_ball(host)) {
@@ -410,7 +410,9 @@ void find_edge_contacts(const FeatureEdges& feature_edges, const Pose& pose, con
     return;
   }
   for (const FeatureEdges::Line& line : feature_edges.lines)
-    Walk(feature_edges, line, pose, host, near, margin, with_edges_on_faces || line.radius > 0, found).find();
+    Walk(feature_edges, line, pose, host, near, margin,
+         on_faces == EdgesOnFaces::are_found || line.radius > 0, found)
+        .find();
 }
 
 bool can_touch_soft_edges(const LevelSet& host, const FeatureEdges& feature_edges) {

@@ -61,6 +61,12 @@ double radius_of_ball(const LevelSet& shape);
 /// two only.
 bool can_touch_with_feature_edges(const LevelSet& guest, const LevelSet& host, PairDirection direction);
 
+/// What happens to the places where an edge passes the end of a face that it lies along.
+enum class EdgesOnFaces {
+  are_found,    ///< They are edge contacts.
+  are_left_out  ///< The other body's edges show the same places where they cross, and are searched as well.
+};
+
 /// Appends to `found` the edge contacts along the feature edges `feature_edges` of a guest that are less than
 /// `margin` (m) from `host`.
 ///
@@ -68,14 +74,13 @@ bool can_touch_with_feature_edges(const LevelSet& guest, const LevelSet& host, P
 /// along a flat face have no clear minimum. For the axis of a capsule or cylinder that lies along a flat face
 /// or a round side, the ends of the part above it are found instead, except for the axis's own ends, which
 /// are support points. For an edge or a ring, the places are found where it passes the end of a face that it
-/// lies along. For edges that happens only `with_edges_on_faces`: edges of the other body that are searched
-/// as well show the same places where they cross. On a ball, capsule or torus as host, the center line of a
-/// torus has ring contacts instead, see find_ring_contacts(). `pose` is that of the guest in the host's shape
-/// space, and everything outside of the box `near` (m, host's shape space) is farther from the host than the
-/// margin.
+/// lies along. For edges that happens only if EdgesOnFaces says so. On a ball, capsule or torus as host, the
+/// center line of a torus has ring contacts instead, see find_ring_contacts(). `pose` is that of the guest in
+/// the host's shape space, and everything outside of the box `near` (m, host's shape space) is farther from
+/// the host than the margin.
 void find_edge_contacts(const FeatureEdges& feature_edges, const Pose& pose, const LevelSet& host,
                         const Eigen::AlignedBox3d& near, double margin, std::vector<EdgeContact>& found,
-                        bool with_edges_on_faces = true);
+                        EdgesOnFaces on_faces = EdgesOnFaces::are_found);
 
 /// Returns whether edges of deformable bodies can touch a host between their surface points, because they
 /// cross its feature edges `feature_edges` or are nearest to it as a round body.

@@ -50,7 +50,9 @@ void find_feature_edges(const Bodies& bodies, const BodyPair& pair, PairDirectio
     find_ring_contacts_of_ball(body.feature_edges, in_host, guest.shape, margin, found);
   else
     find_edge_contacts(guest.feature_edges, in_host, host.shape, host.box(), margin, found,
-                       direction == PairDirection::as_found || body.feature_edges.lines.empty());
+                       direction == PairDirection::as_found || body.feature_edges.lines.empty()
+                           ? EdgesOnFaces::are_found
+                           : EdgesOnFaces::are_left_out);
   const auto counts = [&](const EdgeContact& near) {
     return !is_told_by_axis(near, host.shape, guest.shape, direction) &&
            !is_at_internal_edge(bodies, pair.host, pose.to_world(near.edge.foot), near.precision);

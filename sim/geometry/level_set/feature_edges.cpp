@@ -30,12 +30,12 @@ int pieces_of(double length, double spacing) {
   return std::max(1, static_cast<int>(std::ceil(length / spacing - 1e-9)));
 }
 
-// Appends the line whose nodes are those from `begin` on. The other arguments are members of
-// FeatureEdges::Line.
-void end_line(int begin, bool is_closed, double radius, double around, FeatureEdges& feature_edges) {
-  FeatureEdges::Line line{begin, static_cast<int>(feature_edges.nodes.size()), is_closed, radius, around};
+// Appends `line`, whose nodes are those from line.begin on. Sets its `end` and `longest`.
+void end_line(FeatureEdges::Line line, FeatureEdges& feature_edges) {
+  line.end = static_cast<int>(feature_edges.nodes.size());
+  const double around = line.around;
   for (int i = line.begin; i < line.end; ++i) {
-    if (i + 1 == line.end && !is_closed) break;
+    if (i + 1 == line.end && !line.is_closed) break;
     const int next = i + 1 < line.end ? i + 1 : line.begin;
     const double chord = (feature_edges.nodes[as_index(next)] - feature_edges.nodes[as_index(i)]).norm();
     const double way =
@@ -58,7 +58,7 @@ void add_line(const Vec3& a, const Vec3& b, double radius, double spacing, Featu
   const int begin = static_cast<int>(feature_edges.nodes.size());
   add_nodes(a, b, spacing, feature_edges);
   feature_edges.nodes.push_back(b);
-  end_line(begin, false, radius, 0, feature_edges);
+  end_line({.begin = begin, .radius = radius}, feature_edges);
 }
 
 // Appends a circle of radius `around` about the axis y at height `y`.
@@ -68,7 +68,7 @@ void add_circle(double around, double y, double radius, double spacing, FeatureE
   for (int i = 0; i < n; ++i)
     feature_edges.nodes.emplace_back(around * math::sin(2 * pi * i / n), y,
                                      around * math::cos(2 * pi * i / n));
-  end_line(begin, true, radius, around, feature_edges);
+  end_line({.begin = begin, .is_closed = true, .radius = radius, .around = around}, feature_edges);
 }
 
 void add_box_edges(const Vec3& half, double spacing, FeatureEdges& feature_edges) {
@@ -255,7 +255,7 @@ FeatureEdges find_feature_edges(const TriangleMesh& mesh, const LevelSet& shape,
       add_nodes(vertex(i), vertex(i + 1), spacing, feature_edges);
     const bool is_closed = line.front() == line.back();
     if (!is_closed) feature_edges.nodes.push_back(vertex(line.size() - 1));
-    end_line(begin, is_closed, 0, 0, feature_edges);
+    end_line({.begin = begin, .is_closed = is_closed}, feature_edges);
   }
   find_inward(shape, feature_edges);
   add_convex_vertices(shape, samples, inside, spacing, feature_edges);
@@ -280,7 +280,8 @@ void keep_nodes(const std::vector<char>& stays, FeatureEdges& feature_edges) {
     int begin = static_cast<int>(kept.nodes.size());
     const auto end = [&] {
       if (static_cast<int>(kept.nodes.size()) > begin + 1)
-        end_line(begin, is_closed, line.radius, line.around, kept);
+        end_line({.begin = begin, .is_closed = is_closed, .radius = line.radius, .around = line.around},
+                 kept);
       begin = static_cast<int>(kept.nodes.size());
     };
     for (int i = first; i < first + count; ++i) {

@@ -83,14 +83,16 @@ void measure(std::vector<ProfilePoint>& profile) {
   for (ProfilePoint& point : profile) point.along /= length;
 }
 
-// Turns a profile, given from top to bottom along the outside, about the axis y. A closed profile ends where
-// it begins.
+// Whether a profile ends where it begins.
+enum class ProfileEnds { are_poles, are_joined };
+
+// Turns a profile, given from top to bottom along the outside, about the axis y.
 class Revolution {
  public:
-  Revolution(std::span<const ProfilePoint> profile, int columns, bool closed)
+  Revolution(std::span<const ProfilePoint> profile, int columns, ProfileEnds ends)
       : profile_(profile), columns_(columns) {
     const int rows = static_cast<int>(profile.size());
-    for (int row = 0; row < rows; ++row) add_row(row, closed && row == rows - 1);
+    for (int row = 0; row < rows; ++row) add_row(row, ends == ProfileEnds::are_joined && row == rows - 1);
     for (int row = 0; row + 1 < rows; ++row)
       if (!same_place(row, row + 1)) add_band(row);
   }
@@ -148,9 +150,9 @@ class Revolution {
   Surface surface_;
 };
 
-Surface revolved(std::vector<ProfilePoint> profile, int columns, bool closed = false) {
+Surface revolved(std::vector<ProfilePoint> profile, int columns, ProfileEnds ends = ProfileEnds::are_poles) {
   measure(profile);
-  return Revolution(profile, columns, closed).take();
+  return Revolution(profile, columns, ends).take();
 }
 
 Surface round_surface(const LevelSet& shape, double detail) {
@@ -169,7 +171,7 @@ Surface round_surface(const LevelSet& shape, double detail) {
       return revolved(profile, columns);
     case LevelSet::Kind::torus:
       add_arc(profile, {r, 0}, shape.tube, 0, 2 * pi, scaled(32));
-      return revolved(profile, scaled(96), /*closed=*/true);
+      return revolved(profile, scaled(96), ProfileEnds::are_joined);
     default:
       add_arc(profile, Vec2::Zero(), r, 0, pi, scaled(32));
       return revolved(profile, columns);

@@ -267,8 +267,9 @@ class Expander {
     for (PlacedBox& box : placed)
       box.pose = {base.to_body(box.pose.position), base.orientation.conjugate() * box.pose.orientation};
     for (int i = 1; i <= instance.scatter.count; ++i) {
-      const auto pose = random_pose(instance.scatter.size / 2, instance.scatter.lower, instance.scatter.upper,
-                                    instance.scatter.turn, placed, random);
+      const auto pose =
+          random_pose(instance.scatter.size / 2, instance.scatter.lower, instance.scatter.upper,
+                      instance.scatter.turn ? BoxAxes::random : BoxAxes::of_bounds, placed, random);
       if (!pose) {
         problems_.add(place_of(table, "scatter"), path + ".scatter",
                       fmt::format("there is no room left for number {} of {}", i, instance.scatter.count),
@@ -368,18 +369,20 @@ class Expander {
 
   // Prefixes the name of an element, and its references to bodies of the prefab (`own`), by `name`.
   void rename(toml::table& element, const std::string& name, const std::set<std::string>& own) {
-    const auto prefix = [&](toml::node* node, bool always) {
-      auto* text = node ? node->as_string() : nullptr;
-      if (text && (always || own.contains(text->get())))
+    const auto prefix = [&](toml::node* node) {
+      if (auto* text = node ? node->as_string() : nullptr)
         text->get() = fmt::format("{}-{}", name, text->get());
     };
-    prefix(element.get("name"), true);
-    for (const std::string_view key : {"parent", "child"}) prefix(element.get(key), false);
+    const auto prefix_own = [&](toml::node* node) {
+      if (auto* text = node ? node->as_string() : nullptr; text && own.contains(text->get())) prefix(node);
+    };
+    prefix(element.get("name"));
+    for (const std::string_view key : {"parent", "child"}) prefix_own(element.get(key));
     if (toml::array* attach = element["attach"].as_array())
-      for (toml::node& node : *attach) prefix(&node, false);
+      for (toml::node& node : *attach) prefix_own(&node);
     if (toml::array* pins = element["pins"].as_array())
       for (toml::node& pin : *pins)
-        if (toml::table* table = pin.as_table()) prefix(table->get("body"), false);
+        if (toml::table* table = pin.as_table()) prefix_own(table->get("body"));
   }
 
   // Transforms a motion by the pose with the rotation P: a rotation R of the motion becomes P R P^-1. The

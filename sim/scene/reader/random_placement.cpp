@@ -44,10 +44,10 @@ bool overlap(const PlacedBox& a, const PlacedBox& b) {
   return true;
 }
 
-std::optional<Pose> random_pose(const Vec3& half, const Vec3& lower, const Vec3& upper, bool turns,
+std::optional<Pose> random_pose(const Vec3& half, const Vec3& lower, const Vec3& upper, BoxAxes axes,
                                 const std::vector<PlacedBox>& placed, Random& random) {
   for (int i = 0; i < max_tries; ++i) {
-    PlacedBox box{{Vec3::Zero(), turns ? random.rotation() : Quat::Identity()}, half};
+    PlacedBox box{{Vec3::Zero(), axes == BoxAxes::random ? random.rotation() : Quat::Identity()}, half};
     const Vec3 reach = box.pose.orientation.toRotationMatrix().cwiseAbs() * half;
     bool fits = true;
     for (Eigen::Index k = 0; k < 3; ++k) {

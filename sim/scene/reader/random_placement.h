@@ -34,10 +34,16 @@ struct PlacedBox {
 /// Returns whether two boxes overlap or touch, by the separating axis test.
 bool overlap(const PlacedBox& a, const PlacedBox& b);
 
+/// The axes of a box that is placed at random.
+enum class BoxAxes {
+  random,    ///< A random rotation.
+  of_bounds  ///< Those of the box that it is placed in.
+};
+
 /// Finds a random pose of a box with the half edge lengths `half` (m) by rejection: the first of 10000 whose
 /// box lies between the corners `lower` and `upper` (m) and overlaps none of `placed`. Returns none if there
-/// is no such pose. If `turns`, the box gets a random rotation.
-std::optional<Pose> random_pose(const Vec3& half, const Vec3& lower, const Vec3& upper, bool turns,
+/// is no such pose.
+std::optional<Pose> random_pose(const Vec3& half, const Vec3& lower, const Vec3& upper, BoxAxes axes,
                                 const std::vector<PlacedBox>& placed, Random& random);
 
 }  // namespace duet::scene

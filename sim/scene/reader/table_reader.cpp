@@ -189,17 +189,7 @@ void TableReader::read_value(const toml::node& node, const Key& key, const std::
             read_vector(node, key, path, "an array of 2 integers", *target, integer);
           },
           [&](Vec3i* target) { read_vector(node, key, path, "an array of 3 integers", *target, integer); },
-          [&](std::vector<Vec3>* target) {
-            const toml::array* points = node.as_array();
-            if (!points) return wrong_type(node, path, "an array of points [x, y, z]", key.meaning);
-            target->clear();
-            for (std::size_t i = 0; i < points->size(); ++i) {
-              Vec3 value = Vec3::Zero();
-              read_vector((*points)[i], key, fmt::format("{}[{}]", path, i), "a point [x, y, z]", value,
-                          number);
-              target->push_back(value);
-            }
-          },
+          [&](std::vector<Vec3>* target) { read_points(node, key, path, *target); },
           [&](std::string* target) { read_string(node, key, path, "a text", *target); },
           [&](const Name& target) {
             if (read_string(node, key, path, "a name", *target.text))
@@ -212,21 +202,7 @@ void TableReader::read_value(const toml::node& node, const Key& key, const std::
             else if (key.presence == Presence::required)
               problems_.add(node.source(), path, "must not be empty", std::string(key.meaning));
           },
-          [&](const References& target) {
-            const toml::array* names = node.as_array();
-            if (!names) return wrong_type(node, path, "an array of names", key.meaning);
-            target.names->clear();
-            for (std::size_t i = 0; i < names->size(); ++i) {
-              const std::string at = fmt::format("{}[{}]", path, i);
-              std::string name;
-              if (!read_string((*names)[i], key, at, "a name", name)) continue;
-              uses_.push_back({target.section, name, (*names)[i].source(), at});
-              if (std::find(target.names->begin(), target.names->end(), name) != target.names->end())
-                problems_.add((*names)[i].source(), at, fmt::format("`{}` is named twice", name),
-                              "name each one once");
-              target.names->push_back(name);
-            }
-          },
+          [&](const References& target) { read_references(node, key, path, target); },
           [&](const Choice& choice) { read_choice(node, key, path, choice); },
           [&](const Words& target) { read_words(node, key, path, target); },
           [&](const Group& group) {
@@ -239,6 +215,37 @@ void TableReader::read_value(const toml::node& node, const Key& key, const std::
           [&](const List& list) { read_list(node, key, path, list); },
       },
       key.target);
+}
+
+void TableReader::read_points(const toml::node& node, const Key& key, const std::string& path,
+                              std::vector<Vec3>& target) {
+  const toml::array* points = node.as_array();
+  if (!points) return wrong_type(node, path, "an array of points [x, y, z]", key.meaning);
+  target.clear();
+  for (std::size_t i = 0; i < points->size(); ++i) {
+    Vec3 value = Vec3::Zero();
+    read_vector((*points)[i], key, fmt::format("{}[{}]", path, i), "a point [x, y, z]", value,
+                [&](const toml::node& element, const std::string& where, double& number) {
+                  return read_number(element, key, where, number);
+                });
+    target.push_back(value);
+  }
+}
+
+void TableReader::read_references(const toml::node& node, const Key& key, const std::string& path,
+                                  const References& target) {
+  const toml::array* names = node.as_array();
+  if (!names) return wrong_type(node, path, "an array of names", key.meaning);
+  target.names->clear();
+  for (std::size_t i = 0; i < names->size(); ++i) {
+    const std::string at = fmt::format("{}[{}]", path, i);
+    std::string name;
+    if (!read_string((*names)[i], key, at, "a name", name)) continue;
+    uses_.push_back({target.section, name, (*names)[i].source(), at});
+    if (std::find(target.names->begin(), target.names->end(), name) != target.names->end())
+      problems_.add((*names)[i].source(), at, fmt::format("`{}` is named twice", name), "name each one once");
+    target.names->push_back(name);
+  }
 }
 
 bool TableReader::read_number(const toml::node& node, const Key& key, const std::string& path,

@@ -49,6 +49,10 @@ class TableReader {
                    Vector& vector, Read&& read_element);
   bool read_string(const toml::node& node, const Key& key, const std::string& path, std::string_view expected,
                    std::string& value);
+  void read_points(const toml::node& node, const Key& key, const std::string& path,
+                   std::vector<Vec3>& target);
+  void read_references(const toml::node& node, const Key& key, const std::string& path,
+                       const References& target);
   void read_list(const toml::node& node, const Key& key, const std::string& path, const List& list);
   void read_choice(const toml::node& node, const Key& key, const std::string& path, const Choice& choice);
   void read_words(const toml::node& node, const Key& key, const std::string& path, const Words& words);

@@ -147,7 +147,7 @@ TEST(EdgeContacts, OfEdgesAlongAFaceAreWhereTheyPassItsEnd) {
         EXPECT_LT((near.edge.normal - Vec3::UnitY()).norm(), 1e-12) << height << ' ' << tilt;
       }
       found.clear();
-      find_edge_contacts(feature_edges, pose, plate, everywhere, 0.01, found, false);
+      find_edge_contacts(feature_edges, pose, plate, everywhere, 0.01, found, EdgesOnFaces::are_left_out);
       EXPECT_TRUE(found.empty()) << height << ' ' << tilt;
     }
   const Pose pose{Vec3(0.03, 0.6, 0.1), turned(0.05, Vec3::UnitZ()) * turned(0.3, Vec3::UnitY())};

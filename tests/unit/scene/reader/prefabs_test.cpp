@@ -139,7 +139,7 @@ TEST(Prefabs, ScatteredBoxesKeepClear) {
   std::vector<PlacedBox> placed;
   const Vec3 half(0.5, 0.1, 0.1), lower(-1, -1, -1), upper(1, 1, 1);
   for (int i = 0; i < 30; ++i) {
-    const auto pose = random_pose(half, lower, upper, true, placed, random);
+    const auto pose = random_pose(half, lower, upper, BoxAxes::random, placed, random);
     ASSERT_TRUE(pose);
     const PlacedBox box{*pose, half};
     for (const PlacedBox& other : placed) EXPECT_FALSE(overlap(box, other));
