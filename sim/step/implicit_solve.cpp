@@ -326,19 +326,12 @@ class Search {
 
 double incremental_potential(World& world, const StepContext& context, double dt) {
   Particles& particles = world.bodies.particles;
-  const double motion = parallel_reduce(
-      particles.size(), grain, 0.0,
-      [&](std::size_t begin, std::size_t end) {
-        double sum = 0;
-        for (std::size_t p = begin; p < end; ++p) {
-          const Vec3& V = context.solution.particle[p];
-          const Vec3 change = V - context.right_side.particle[p] - dt * world.gravity;
-          sum += 0.5 * particles.mass[p] * change.squaredNorm();
-          particles.x[p] = context.x_n[p] + dt * V;
-        }
-        return sum;
-      },
-      [](double a, double b) { return a + b; });
+  const double motion = parallel_sum(particles.size(), grain, [&](std::size_t p, double& sum) {
+    const Vec3& V = context.solution.particle[p];
+    const Vec3 change = V - context.right_side.particle[p] - dt * world.gravity;
+    sum += 0.5 * particles.mass[p] * change.squaredNorm();
+    particles.x[p] = context.x_n[p] + dt * V;
+  });
   double of_bodies = 0;
   const RigidBodies& rigid = world.bodies.rigid;
   for (std::size_t i = 0; i < rigid.size(); ++i) {
