@@ -140,10 +140,10 @@ void write_accuracy(std::string& out, const Scene& scene) {
 
 TimeStepEstimate estimate_time_step(const Scene& scene, const WorldSizes& sizes) {
   TimeStepEstimate estimate;
-  estimate.elastic_bound = sizes.elastic_dt;
+  if (scene.solver.integration != Integration::implicit) estimate.elastic_bound = sizes.elastic_dt;
   const double frame = 1 / scene.fps;
   double limit = std::min(frame, scene.solver.max_time_step);
-  if (sizes.elastic_dt > 0) limit = std::min(limit, scene.solver.cfl * sizes.elastic_dt);
+  if (estimate.elastic_bound > 0) limit = std::min(limit, scene.solver.cfl * estimate.elastic_bound);
   // The factor keeps rounding from adding a step if the frame is a whole number of limits.
   estimate.substeps_per_frame = static_cast<int>(std::min(std::ceil(frame / limit * (1 - 1e-12)), 1e9));
   estimate.time_step = frame / estimate.substeps_per_frame;
@@ -173,15 +173,6 @@ double mass_ratio(const WorldSizes& sizes) {
 }
 
 namespace {
-
-// Returns whether implicit steps weaken joint control that moves bones in flesh or presses soft bodies.
-// Control acts on the bodies before the implicit forces of the flesh, which then take away as much of the
-// motion as the flesh resists within a step.
-bool drives_flesh_implicitly(const Scene& scene) {
-  return scene.solver.integration == Integration::implicit && !scene.deformable.empty() &&
-         std::any_of(scene.joints.begin(), scene.joints.end(),
-                     [](const Joint& joint) { return joint.has_control; });
-}
 
 // Returns the fastest turn that keyframes and sinusoids of a target ask for, degrees per second: for
 // keyframes the largest mean rate between two.
@@ -278,12 +269,6 @@ std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, co
         "the mass ratio {:.4g}:1 is above {:.0f}:1: if heavy deformable bodies sink into light rigid ones "
         "that joints hold or that touch sheets or rods, set solver.integration = \"implicit\"",
         mass_ratio(sizes), large_mass_ratio));
-  if (drives_flesh_implicitly(scene))
-    found.emplace_back(
-        "joints with control that move bones in flesh are weaker in implicit steps, and those that press "
-        "soft "
-        "bodies press too deep, the longer these steps are: for their strength set solver.integration = "
-        "\"semi_implicit\" or a short solver.max_time_step");
   if (is_damped_before_pressures(scene))
     found.emplace_back(
         "incompressible bodies in contact may gain energy with solver.velocity_constraints = "

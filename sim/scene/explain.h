@@ -14,7 +14,8 @@ namespace duet::scene {
 
 /// The time step of a scene while no body moves fast.
 struct TimeStepEstimate {
-  double elastic_bound = 0;    ///< Stability limit of the elastic forces at rest, s; 0: no deformable body.
+  /// Stability limit of the elastic forces at rest, s; 0: no deformable body, or implicit steps.
+  double elastic_bound = 0;
   double time_step = 0;        ///< Time step, s, that divides a frame into equal parts.
   int substeps_per_frame = 0;  ///< Number of such steps per frame.
 };

@@ -173,6 +173,30 @@ TEST(Allocation, NoneInAWarmedUpStepOfShellsRodsAndSprings) {
   set_thread_count(0);
 }
 
+// A controlled plate presses a soft box in implicit steps, with contact and control inside their solves.
+TEST(Allocation, NoneInAWarmedUpImplicitStepOfAPress) {
+  set_thread_count(1);
+  scene::Scene scene = test::on_ground();
+  scene.solver.integration = scene::Integration::implicit;
+  test::add_soft_box(scene, "block", Vec3(0, 0.25, 0), Vec3(0.4, 0.5, 0.4), 2, 1e6);
+  test::add_box(scene, "plate", Vec3(0, 0.551, 0), Vec3(0.6, 0.1, 0.6), 10);
+  scene::Joint& joint = test::add_joint(scene, scene::JointType::prismatic, "ground", "plate",
+                                        Vec3(0, 0.551, 0), -Vec3::UnitY());
+  joint.has_control = true;
+  joint.control.torque_limit = 2000;
+  joint.control.target.travel = 0.4;
+  joint.travel.most = 0.3;
+  Simulation simulation(scene, test::plan(scene));
+  for (int i = 0; i < 12; ++i) simulation.advance_frame();
+  World& world = simulation.world();
+  const double dt = choose_time_step(world, 0.5);
+  const long before = allocations;
+  for (int i = 0; i < 20; ++i) step(world, 0.5 + i * dt, dt);
+  EXPECT_EQ(allocations - before, 0);
+  EXPECT_GT(world.counters.contacts, 0);
+  set_thread_count(0);
+}
+
 // The scene is a controlled chain with limits and friction in its joints, whose first two links are bones in
 // flesh.
 TEST(Allocation, NoneInAWarmedUpStepOfJointsAndFleshOnBones) {
