@@ -60,6 +60,12 @@ ControlRates rates_of_one_angle(const Joint& joint, const Quat& now, const Vec3&
   return rates;
 }
 
+// Returns the angle (rad) that differs from `angle` by whole turns and is nearest to `to`.
+double nearest_angle(double angle, double to) {
+  constexpr double turn = 2 * std::numbers::pi;
+  return angle + turn * std::nearbyint((to - angle) / turn);
+}
+
 // Drops the components of those axes of a point joint that are not controlled.
 Vec3 on_axes(const Joint& joint, Vec3 v) {
   for (Eigen::Index i = 0; i < 3; ++i)
@@ -90,8 +96,13 @@ ControlError controlled_error(ControlError start, double gain, double damping, d
           start.rate * even - (gain * start.value + half * start.rate) * odd};
 }
 
+double starting_angle(const Joint& joint, const JointFrames& frames) {
+  const double angle = angle_of(frames);
+  return joint.angle.any() ? angle : nearest_angle(angle, joint.control.target.value(0).x());
+}
+
 ControlRates control_rates(const Joint& joint, const JointFrames& frames, const Vec3& rate, double time,
-                           double dt) {
+                           double dt, double& angle) {
   const JointControl& control = joint.control;
   const Vec3 target = within_limits(joint, control.target.value(time));
   const Vec3 next = control.leads ? within_limits(joint, control.target.value(time + dt)) : target;
@@ -99,6 +110,11 @@ ControlRates control_rates(const Joint& joint, const JointFrames& frames, const 
     const double now = travel_of(frames);
     return rates_along((target.x() - now) * Vec3::UnitX(), (next.x() - now) * Vec3::UnitX(),
                        (next - target) / dt, rate, control, dt);
+  }
+  if (twists(joint.kind)) {
+    angle = nearest_angle(angle_of(frames), angle);
+    return rates_along((target.x() - angle) * Vec3::UnitX(), (next.x() - angle) * Vec3::UnitX(),
+                       (next.x() - target.x()) / dt * Vec3::UnitX(), rate.x() * Vec3::UnitX(), control, dt);
   }
   const Quat now = frames.relative();
   if (joint.kind == JointKind::universal && control.axis[0] != control.axis[1])

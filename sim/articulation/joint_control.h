@@ -31,7 +31,17 @@ struct ControlRates {
 /// the error the rates follow controlled_error(); across it the rate relative to the target's decays as
 /// exp(-damping t). A universal joint of which one angle is free controls the other angle alone, towards that
 /// component of the target.
+///
+/// `angle` (rad) is the angle of a joint with one free rotation at an earlier time, less than half a turn
+/// before: the joint has the angle that is nearest to it, so that its control knows whole turns. It is set to
+/// that angle; other joints leave it as it is.
 ControlRates control_rates(const Joint& joint, const JointFrames& frames, const Vec3& rate, double time,
-                           double dt);
+                           double dt, double& angle);
+
+/// Returns the angle (rad) of a joint with one free rotation at the start, for control_rates().
+///
+/// It counts as the one that is nearest to the target then, so that control begins with the shorter way. If
+/// the angle has bounds, it is the one between -pi and pi.
+double starting_angle(const Joint& joint, const JointFrames& frames);
 
 }  // namespace duet

@@ -257,8 +257,8 @@ Bounds JointSolver::drive_bounds(const Joint& joint, RowRole role, double second
 bool JointSolver::is_at_limit(double slack) { return slack <= at_limit; }
 
 void JointSolver::plan_control(const Articulation& articulation, const RigidBodies& rigid, double time,
-                               double dt) {
-  DUET_ASSERT(articulation.joints.size() == ends_.size() && dt > 0);
+                               double dt, std::vector<double>& angle) {
+  DUET_ASSERT(articulation.joints.size() == ends_.size() && dt > 0 && angle.size() == ends_.size());
   for (std::size_t j = 0; j < ends_.size(); ++j) {
     const Joint& joint = articulation.joints[j];
     if (!joint.control.on) continue;
@@ -268,7 +268,7 @@ void JointSolver::plan_control(const Articulation& articulation, const RigidBodi
     if (joint.kind == JointKind::prismatic)
       for (std::size_t r = first_[j]; r < first_[j + 1]; ++r)
         if (rows_[r].role == RowRole::control) rate = row_velocity(rigid, j, rows_[r]) * Vec3::UnitX();
-    rates_[j] = control_rates(joint, frames, rate, time, dt);
+    rates_[j] = control_rates(joint, frames, rate, time, dt, angle[j]);
   }
 }
 

@@ -65,8 +65,10 @@ class JointSolver {
 
   /// Plans the rates of controlled joints over the step from `time` (s) to `time + dt`, and at its end.
   ///
-  /// The rates follow from the poses and velocities of `rigid` now; see control_rates().
-  void plan_control(const Articulation& articulation, const RigidBodies& rigid, double time, double dt);
+  /// The rates follow from the poses and velocities of `rigid` now; see control_rates(), also for `angle`
+  /// (rad), which has an entry for each joint.
+  void plan_control(const Articulation& articulation, const RigidBodies& rigid, double time, double dt,
+                    std::vector<double>& angle);
 
   /// Post-stabilization: changes the velocities so that the structure rows of all joints have velocity zero.
   ///

@@ -18,7 +18,7 @@ static_assert(std::endian::native == std::endian::little, "checkpoints are littl
 constexpr char magic[8] = {'D', 'U', 'E', 'T', 'C', 'K', 'P', 'T'};
 // Version of the layout of the header and of Simulation::save_state(). It is raised when either changes,
 // and files of other versions are not read.
-constexpr std::uint32_t format_version = 9;
+constexpr std::uint32_t format_version = 10;
 
 // Beginning of a checkpoint file; the state follows it.
 struct Header {

@@ -174,39 +174,6 @@ double mass_ratio(const WorldSizes& sizes) {
 
 namespace {
 
-// Returns the fastest turn that keyframes and sinusoids of a target ask for, degrees per second: for
-// keyframes the largest mean rate between two.
-double fastest_turn(const JointTarget& target) {
-  double rate = 0;
-  for (const TargetSinusoid& sinusoid : target.sinusoid)
-    rate += 2 * std::numbers::pi / sinusoid.period * sinusoid.turn.norm();
-  double of_keys = 0;
-  for (std::size_t k = 1; k < target.keyframes.size(); ++k) {
-    const TargetKey &from = target.keyframes[k - 1], &to = target.keyframes[k];
-    of_keys = std::max(of_keys, (to.turn - from.turn).norm() / (to.time - from.time));
-  }
-  return rate + of_keys;
-}
-
-// Returns a warning for each joint whose control lags so far behind a fast target that it takes it for one on
-// the other side. The lag is damping over gain, in seconds.
-std::vector<std::string> lag_warnings(const Scene& scene) {
-  constexpr double half_turn = 180;  // degrees
-  std::vector<std::string> found;
-  for (const Joint& joint : scene.joints) {
-    if (!joint.has_control || joint.control.lead || !(joint.control.gain > 0)) continue;
-    const double lag = joint.control.damping.value_or(2 * std::sqrt(joint.control.gain)) / joint.control.gain,
-                 behind = fastest_turn(joint.control.target) * lag;
-    if (behind > half_turn)
-      found.push_back(
-          fmt::format("joint `{}`: its control follows the target {:.3g} s later, which is {:.3g} degrees "
-                      "here; from a half "
-                      "turn on it turns the other way: set control.lead = true, or a larger control.gain",
-                      joint.name, lag, behind));
-  }
-  return found;
-}
-
 // Returns whether incompressible bodies may gain energy, because damping acts on the velocities that contact
 // and elastic forces have changed before the pressures respond to them.
 bool is_damped_before_pressures(const Scene& scene) {
@@ -287,7 +254,6 @@ std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, co
         "the tetrahedra smaller than the bone is thick, or the bone thicker",
         loose.bone, loose.particles == 1 ? "one particle" : fmt::format("{} particles", loose.particles),
         loose.flesh));
-  for (std::string& warning : lag_warnings(scene)) found.push_back(std::move(warning));
   for (std::string& warning : skin_warnings(sizes)) found.push_back(std::move(warning));
   if (std::string warning = step_warning(scene, sizes); !warning.empty()) found.push_back(std::move(warning));
   for (const PlannedEffect& planned : plan.effects)

@@ -44,8 +44,8 @@ void visit_state(World& world, std::int64_t& frame, double& omega_squared, Visit
   RigidForces& drive = world.context.joint_drive_n;
   for (std::vector<Vec3>* values : {&drive.linear, &drive.angular})
     visit(values->data(), values->size() * sizeof(Vec3));
-  std::vector<double>& pressure = world.context.pressure_n;
-  visit(pressure.data(), pressure.size() * sizeof(double));
+  for (std::vector<double>* values : {&world.context.control_angle, &world.context.pressure_n})
+    visit(values->data(), values->size() * sizeof(double));
 }
 
 // Largest magnitude of a loaded number, in its SI unit. The step computes fourth powers of positions,
@@ -274,6 +274,7 @@ void check_state(const World& loaded, std::int64_t frame, const std::vector<Rigi
   const RigidForces& drive = loaded.context.joint_drive_n;
   for (const std::vector<Vec3>* values : {&drive.linear, &drive.angular})
     check_all(std::span(*values), "the last step", "force of joints");
+  check_all(std::span<const double>(loaded.context.control_angle), "the joints", "angle");
   check_all(std::span<const double>(loaded.context.pressure_n), "the last solve", "pressure");
   check_pairs(bodies, loaded.context.pair_forces_n);
   const ContactCache& memory = loaded.context.contact_cache;

@@ -239,10 +239,14 @@ void carry_over(World& from, World& to) {
   to.bodies.particles.v = from.bodies.particles.v;
   to.bodies.forces.set_max_omega_squared(
       std::max(to.bodies.forces.max_omega_squared(), from.bodies.forces.max_omega_squared()));
-  for (Joint& joint : to.bodies.articulation.joints)
-    if (const auto before = find_by_name(from.bodies.articulation.joints, joint.name);
-        before != from.bodies.articulation.joints.end())
-      joint.control.target = before->control.target;
+  for (std::size_t j = 0; j < to.bodies.articulation.joints.size(); ++j) {
+    Joint& joint = to.bodies.articulation.joints[j];
+    const std::vector<Joint>& joints = from.bodies.articulation.joints;
+    const auto before = find_by_name(joints, joint.name);
+    if (before == joints.end()) continue;
+    joint.control.target = before->control.target;
+    to.context.control_angle[j] = from.context.control_angle[as_index(before - joints.begin())];
+  }
   to.context.acceleration = from.context.acceleration;
   if (to.context.surface_friction_n.size() == from.context.surface_friction_n.size())
     to.context.surface_friction_n = from.context.surface_friction_n;

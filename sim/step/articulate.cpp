@@ -66,7 +66,8 @@ void begin_joints(World& world, StepContext& context) {
   context.joints.update(world.bodies.articulation, rigid);
   context.articulated_response.outdate();
   if (world.has(Effect::pd_control))
-    context.joints.plan_control(world.bodies.articulation, rigid, context.time, context.dt);
+    context.joints.plan_control(world.bodies.articulation, rigid, context.time, context.dt,
+                                context.control_angle);
   context.end_pose.resize(rigid.size());
   for (std::size_t i = 0; i < rigid.size(); ++i) context.end_pose[i] = rigid.state[i].pose;
   for (const KinematicStep& step : context.kinematic) context.end_pose[step.body] = step.end.pose;

@@ -110,6 +110,7 @@ struct StepContext {
   std::vector<Vec3> joint_push,  ///< N s, impulse of joints on each rigid body in step III
       joint_turn;                ///< N m s, angular impulse of joints on each rigid body in step III
 
+  std::vector<double> control_angle;  ///< rad, per joint, with whole turns, see control_rates(); state
   RigidForces
       joint_drive_n,  ///< forces of control, friction and limits of joints in the last step's V; state
       joint_drive,    ///< the same of III, then of this step's V

@@ -42,7 +42,8 @@ TEST(JointControl, OfOneAngleIgnoresTheFreeOne) {
     const Vec3 y = turn * Vec3::UnitY(), rate = rates[0] * Vec3::UnitX() + rates[1] * y;
     const double dt = 0.01, error = std::remainder(target - angles[axis], 2 * EIGEN_PI);
     const ControlError after = controlled_error({error, -rates[axis]}, 100, 20, dt);
-    const ControlRates asked = control_rates(joint, frames, rate, 0, dt);
+    double angle = 0;
+    const ControlRates asked = control_rates(joint, frames, rate, 0, dt, angle);
     const Vec3 along = axis == 0 ? Vec3(Vec3::UnitX()) : y;
     const Vec3 along_end = axis == 0 ? along : Vec3(exponential(Vec3(dt * rates[0], 0, 0)) * y);
     worst = std::max(worst, std::abs(asked.mean.dot(along) - (error - after.value) / dt));

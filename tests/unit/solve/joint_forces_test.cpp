@@ -42,7 +42,7 @@ class DriveInSolve : public ::testing::Test {
     for (int i = 0; i < 3; ++i) step(world(), i * 1e-3, 1e-3);
     islands_.begin(bodies());
     islands_.finish();
-    joints().plan_control(bodies().articulation, bodies().rigid, 0.003, dt);
+    joints().plan_control(bodies().articulation, bodies().rigid, 0.003, dt, world().context.control_angle);
     joints().drive_rows(bodies().articulation, bodies().rigid, RateAt::whole_step, dt, dt, rows_);
     std::vector<double> impulses(20, 0.1);
     forces_.build(bodies().rigid, rows_, islands_, std::vector<double>(islands_.size(), 5), impulses, 1);
