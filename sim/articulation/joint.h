@@ -85,6 +85,9 @@ struct Joint {
   JointControl control;   ///< proportional-derivative control
 };
 
+/// Returns whether the control of a joint counts whole turns.
+inline bool counts_turns(const Joint& joint) { return joint.control.on && twists(joint.kind); }
+
 /// All joints of a scene.
 struct Articulation {
   /// The joints; their indices number the joints everywhere else.

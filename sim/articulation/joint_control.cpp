@@ -60,12 +60,6 @@ ControlRates rates_of_one_angle(const Joint& joint, const Quat& now, const Vec3&
   return rates;
 }
 
-// Returns the angle (rad) that differs from `angle` by whole turns and is nearest to `to`.
-double nearest_angle(double angle, double to) {
-  constexpr double turn = 2 * std::numbers::pi;
-  return angle + turn * std::nearbyint((to - angle) / turn);
-}
-
 // Drops the components of those axes of a point joint that are not controlled.
 Vec3 on_axes(const Joint& joint, Vec3 v) {
   for (Eigen::Index i = 0; i < 3; ++i)
@@ -74,6 +68,11 @@ Vec3 on_axes(const Joint& joint, Vec3 v) {
 }
 
 }  // namespace
+
+double nearest_angle(double angle, double to) {
+  constexpr double turn = 2 * std::numbers::pi;
+  return angle + turn * std::nearbyint((to - angle) / turn);
+}
 
 ControlError controlled_error(ControlError start, double gain, double damping, double dt) {
   const double half = damping / 2, square = half * half - gain, decay = math::exp(-half * dt);
@@ -94,11 +93,6 @@ ControlError controlled_error(ControlError start, double gain, double damping, d
   }
   return {start.value * even + (start.rate + half * start.value) * odd,
           start.rate * even - (gain * start.value + half * start.rate) * odd};
-}
-
-double starting_angle(const Joint& joint, const JointFrames& frames) {
-  const double angle = angle_of(frames);
-  return joint.angle.any() ? angle : nearest_angle(angle, joint.control.target.value(0).x());
 }
 
 ControlRates control_rates(const Joint& joint, const JointFrames& frames, const Vec3& rate, double time,

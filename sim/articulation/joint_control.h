@@ -16,6 +16,9 @@ struct ControlError {
 /// (1/s^2), `damping` (1/s) and step. Near critical damping it uses the limit of the formula.
 ControlError controlled_error(ControlError start, double gain, double damping, double dt);
 
+/// Returns the angle (rad) that differs from `angle` by whole turns and is nearest to `to`.
+double nearest_angle(double angle, double to);
+
 /// The rates of a controlled joint that follow the solution of its control equation in a step.
 ///
 /// Both are relative rotation vectors in the axes of the parent's frame, rad/s. For a prismatic joint the x
@@ -37,11 +40,5 @@ struct ControlRates {
 /// that angle; other joints leave it as it is.
 ControlRates control_rates(const Joint& joint, const JointFrames& frames, const Vec3& rate, double time,
                            double dt, double& angle);
-
-/// Returns the angle (rad) of a joint with one free rotation at the start, for control_rates().
-///
-/// It counts as the one that is nearest to the target then, so that control begins with the shorter way. If
-/// the angle has bounds, it is the one between -pi and pi.
-double starting_angle(const Joint& joint, const JointFrames& frames);
 
 }  // namespace duet

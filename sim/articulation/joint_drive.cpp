@@ -1,10 +1,24 @@
 // The rows of control, friction and limits of joints as a velocity solve takes them, and what it gives back.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "sim/articulation/joint_solver.h"
 
 namespace duet {
+
+std::vector<double> starting_angles(const Articulation& articulation, const RigidBodies& rigid) {
+  std::vector<double> angles;
+  const std::vector<Joint>& joints = articulation.joints;
+  if (std::none_of(joints.begin(), joints.end(), counts_turns)) return angles;
+  for (const Joint& joint : joints) {
+    const auto pose = [&](int body) { return rigid.state[static_cast<std::size_t>(body)].pose; };
+    const double angle = angle_of(JointFrames(joint, pose(joint.parent), pose(joint.child)));
+    const bool is_bounded = !counts_turns(joint) || joint.angle.any();
+    angles.push_back(is_bounded ? angle : nearest_angle(angle, joint.control.target.value(0).x()));
+  }
+  return angles;
+}
 
 void JointSolver::drive_rows(const Articulation& articulation, const RigidBodies& rigid, RateAt at, double dt,
                              double seconds, std::vector<DriveRow>& rows) const {

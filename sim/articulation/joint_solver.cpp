@@ -258,7 +258,8 @@ bool JointSolver::is_at_limit(double slack) { return slack <= at_limit; }
 
 void JointSolver::plan_control(const Articulation& articulation, const RigidBodies& rigid, double time,
                                double dt, std::vector<double>& angle) {
-  DUET_ASSERT(articulation.joints.size() == ends_.size() && dt > 0 && angle.size() == ends_.size());
+  DUET_ASSERT(articulation.joints.size() == ends_.size() && dt > 0);
+  DUET_ASSERT(angle.empty() || angle.size() == ends_.size());
   for (std::size_t j = 0; j < ends_.size(); ++j) {
     const Joint& joint = articulation.joints[j];
     if (!joint.control.on) continue;
@@ -268,7 +269,8 @@ void JointSolver::plan_control(const Articulation& articulation, const RigidBodi
     if (joint.kind == JointKind::prismatic)
       for (std::size_t r = first_[j]; r < first_[j + 1]; ++r)
         if (rows_[r].role == RowRole::control) rate = row_velocity(rigid, j, rows_[r]) * Vec3::UnitX();
-    rates_[j] = control_rates(joint, frames, rate, time, dt, angle[j]);
+    double none = 0;
+    rates_[j] = control_rates(joint, frames, rate, time, dt, angle.empty() ? none : angle[j]);
   }
 }
 

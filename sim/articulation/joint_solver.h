@@ -28,6 +28,13 @@ enum class RateAt {
   end          ///< those of the end of the step, at the poses then
 };
 
+/// Returns the angle (rad) of each joint at the start, for JointSolver::plan_control(); nothing if no joint
+/// counts turns.
+///
+/// It counts as the one that is nearest to the target then, so that control begins with the shorter way. If
+/// the angle has bounds, it is the one between -pi and pi.
+std::vector<double> starting_angles(const Articulation& articulation, const RigidBodies& rigid);
+
 /// Solves for the impulses y of all joints at once:
 ///
 ///     J M^-1 J^T y = b,
@@ -66,7 +73,7 @@ class JointSolver {
   /// Plans the rates of controlled joints over the step from `time` (s) to `time + dt`, and at its end.
   ///
   /// The rates follow from the poses and velocities of `rigid` now; see control_rates(), also for `angle`
-  /// (rad), which has an entry for each joint.
+  /// (rad), which has an entry for each joint, or none if no joint counts turns.
   void plan_control(const Articulation& articulation, const RigidBodies& rigid, double time, double dt,
                     std::vector<double>& angle);
 

@@ -38,7 +38,7 @@ Vec3 BodyWave::rotation(double time) const {
 Vec3 JointTarget::value(double time) const {
   const double since = std::max(0.0, time - start);
   const double grown = time < start ? std::max(0.0, time / start) : 1;
-  Vec3 value = constant;
+  Vec3 value = constant + since * rate;
   for (const Sinusoid& s : sinusoids) value += math::sin(two_pi * since / s.period + s.phase) * s.amplitude;
   if (!keys.time.empty()) value += position_at(keys, since);
   if (wave) value += wave->rotation(since);

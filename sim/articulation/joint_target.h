@@ -42,6 +42,8 @@ struct JointTarget {
   double start = 0;
   /// Constant term, rad, or m along x.
   Vec3 constant = Vec3::Zero();
+  /// Term that grows from `start` on, rad/s, or m/s along x.
+  Vec3 rate = Vec3::Zero();
   std::vector<Sinusoid> sinusoids;  ///< periodic terms
   PositionTrack keys;               ///< keyed term, rad, or m along x; may be empty
   std::optional<BodyWave> wave;     ///< wave of a spine

@@ -31,6 +31,10 @@ Key target_key(JointTarget& target) {
       "target",
       Group{{{"turn", &target.turn, "degrees", any, "rotation vector in the joint's axes, from the parent"},
              {"travel", &target.travel, "m", any, "along x; prismatic joints only"},
+             {"turn_rate", &target.turn_rate, "degrees/s", any,
+              "turns at a constant rate from `start` on, added to the rest"},
+             {"travel_rate", &target.travel_rate, "m/s", any,
+              "moves along x at a constant speed from `start` on; prismatic joints only"},
              {"start", &target.start, "s", non_negative,
               "when the functions of time begin; before, the target grows to their first value"},
              {"sinusoid", list(target.sinusoid), "", any, "swings to and fro, added to the rest"},
@@ -52,20 +56,20 @@ Key target_key(JointTarget& target) {
 
 Key control_key(Joint& joint) {
   JointControl& control = joint.control;
-  return {
-      "control",
-      Group{{{"gain", &control.gain, "1/s^2", positive, "k_p: the error e obeys e'' + k_v e' + k_p e = 0"},
-             {"damping", &control.damping, "1/s", non_negative, "k_v; without it, critical: 2 sqrt(k_p)"},
-             {"torque_limit", &control.torque_limit, "N m", positive,
-              "most about each axis (N of a travel); without it, whatever it takes"},
-             {"x", &control.x, "", any, "whether it controls the rotation about x; else that is free"},
-             {"y", &control.y, "", any, "the same about y"},
-             {"z", &control.z, "", any, "the same about z; point joints only"},
-             {"lead", &control.lead, "", any,
-              "knows how fast the target moves, and does not lag by 2 / sqrt(k_p) behind it"},
-             target_key(control.target)},
-            &joint.has_control},
-      "", any, "proportional-derivative control of the joint's rotation, or of a prismatic one's travel"};
+  return {"control",
+          Group{{{"gain", &control.gain, "1/s^2", non_negative,
+                  "k_p: the error e obeys e'' + k_v e' + k_p e = 0; 0: a motor that knows speeds alone"},
+                 {"damping", &control.damping, "1/s", non_negative, "k_v; without it, critical: 2 sqrt(k_p)"},
+                 {"torque_limit", &control.torque_limit, "N m", positive,
+                  "most about each axis (N of a travel); without it, whatever it takes"},
+                 {"x", &control.x, "", any, "whether it controls the rotation about x; else that is free"},
+                 {"y", &control.y, "", any, "the same about y"},
+                 {"z", &control.z, "", any, "the same about z; point joints only"},
+                 {"lead", &control.lead, "", any,
+                  "knows how fast the target moves, and does not lag by 2 / sqrt(k_p) behind it"},
+                 target_key(control.target)},
+                &joint.has_control},
+          "", any, "proportional-derivative control of the joint's rotation, or of a prismatic one's travel"};
 }
 
 }  // namespace

@@ -32,6 +32,7 @@ duet::JointTarget target(const JointTarget& from, bool travels) {
   duet::JointTarget to;
   to.start = from.start;
   to.constant = value(from.turn, from.travel);
+  to.rate = value(from.turn_rate, from.travel_rate);
   for (const TargetSinusoid& swing : from.sinusoid)
     to.sinusoids.push_back({value(swing.turn, swing.travel), swing.period, degree * swing.phase});
   std::vector<PositionKey> keys;

@@ -328,6 +328,8 @@ struct JointTarget {
   double start = 0;  ///< Time at which the functions of time begin, s; before, the target grows linearly.
   Vec3 turn = Vec3::Zero();              ///< Constant part: rotation vector in the joint's axes, degrees.
   double travel = 0;                     ///< Constant part along x of a prismatic joint, m.
+  Vec3 turn_rate = Vec3::Zero();         ///< Part that grows from `start` on, degrees/s.
+  double travel_rate = 0;                ///< The same along x of a prismatic joint, m/s.
   std::vector<TargetSinusoid> sinusoid;  ///< Sinusoidal parts.
   std::vector<TargetKey> keyframes;      ///< Keyframes of one part, smooth between them; may be empty.
   bool loop = false;                     ///< True if the keyframes repeat.

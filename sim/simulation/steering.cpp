@@ -245,7 +245,8 @@ void carry_over(World& from, World& to) {
     const auto before = find_by_name(joints, joint.name);
     if (before == joints.end()) continue;
     joint.control.target = before->control.target;
-    to.context.control_angle[j] = from.context.control_angle[as_index(before - joints.begin())];
+    if (!to.context.control_angle.empty() && !from.context.control_angle.empty())
+      to.context.control_angle[j] = from.context.control_angle[as_index(before - joints.begin())];
   }
   to.context.acceleration = from.context.acceleration;
   if (to.context.surface_friction_n.size() == from.context.surface_friction_n.size())

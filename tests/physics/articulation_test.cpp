@@ -373,6 +373,69 @@ TEST(JointControl, TorqueStaysWithinItsLimit) {
   test::expect_above(angular, 0.5, "angular_momentum_after_half_a_second");
 }
 
+// Returns a flywheel on a hinge, which follows a target of 10 turns a second.
+scene::Scene flywheel(double torque_limit) {
+  scene::Scene scene = test::free_space();
+  test::add_peg(scene, "base", Vec3::Zero());
+  test::add_ball(scene, "wheel", Vec3(0, 0, 1), 0.5, 10);
+  scene::Joint& joint =
+      test::add_joint(scene, JointType::hinge, "base", "wheel", Vec3(0, 0, 1), Vec3::UnitZ());
+  joint.has_control = true;
+  joint.control.gain = 400;
+  joint.control.torque_limit = torque_limit;
+  joint.control.target.turn_rate = Vec3(3600, 0, 0);
+  return scene;
+}
+
+// A motor whose torque is bounded lags behind a fast target by turns, and accelerates all the while. Its
+// error was once taken modulo a turn, so that it pulled backward after the first half one.
+TEST(JointControl, AMotorThatLagsByTurnsKeepsItsDirection) {
+  constexpr double torque = 5, inertia = 0.4 * 10 * 0.5 * 0.5;  // N m; kg m^2
+  const scene::Scene scene = flywheel(torque);
+  Simulation simulation(scene, test::plan(scene));
+  const World& world = simulation.world();
+  simulation.advance_frame();  // the torque grows to its bound
+  double before = world.bodies.rigid.state[1].angular_velocity.z();
+  for (int frame = 2; frame <= 48; ++frame) {
+    simulation.advance_frame();
+    const double rate = world.bodies.rigid.state[1].angular_velocity.z();
+    ASSERT_NEAR(rate - before, torque / inertia / 24, 1e-9) << "frame " << frame;
+    before = rate;
+  }
+}
+
+// Without a bound, a joint that is slower than its target for seconds catches up with it turn by turn: it
+// lags by 2 / sqrt(gain) s in the end. With a gain of 0 the motor takes on the speed of its target, and stays
+// there.
+TEST(JointControl, MotorsReachTheAngleOrTheSpeedOfTheirTarget) {
+  constexpr double speed = 20 * EIGEN_PI;  // rad/s
+  scene::Scene scene = flywheel(100);
+  Simulation simulation(scene, test::plan(scene));
+  for (int frame = 0; frame < 192; ++frame) simulation.advance_frame();
+  // The target stands still within a step, so that the rate falls a little until its end.
+  test::expect_below(std::abs(simulation.world().bodies.rigid.state[1].angular_velocity.z() / speed - 1),
+                     1e-3, "error of the speed with a gain, relative");
+  const double lag =
+      8 - simulation.world().context.control_angle.back() / speed;  // s, at the last step's start
+  EXPECT_GT(lag, 0.1);
+  EXPECT_LT(lag, 0.1 + 1.0 / 24);
+  scene.joints.back().control = {};
+  scene.joints.back().control.gain = 0;
+  scene.joints.back().control.damping = 20;
+  scene.joints.back().control.lead = true;
+  scene.joints.back().control.torque_limit = 100;
+  scene.joints.back().control.target = flywheel(1).joints.back().control.target;
+  Simulation motor(scene, test::plan(scene));
+  double fastest = 0;
+  for (int frame = 0; frame < 48; ++frame) {
+    motor.advance_frame();
+    fastest = std::max(fastest, motor.world().bodies.rigid.state[1].angular_velocity.z());
+  }
+  test::expect_below(std::abs(motor.world().bodies.rigid.state[1].angular_velocity.z() / speed - 1), 1e-6,
+                     "error of the speed of a motor, relative");
+  test::expect_below(fastest / speed - 1, 1e-6, "overshoot of a motor, relative");
+}
+
 // A rod that falls onto the limit of its hinge stops there without bouncing or drifting, and leaves it freely
 // when gravity is reversed. A limit that pulls as well as pushes would hold the rod.
 TEST(JointLimits, StopAHingeAndLetItGo) {

@@ -453,10 +453,7 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
     world.context.free_motion.analyze(bodies.articulation, bodies.rigid);
     for (RigidForces* drive : {&world.context.joint_drive_n, &world.context.joint_drive})
       drive->linear = drive->angular = std::vector<Vec3>(bodies.rigid.size(), Vec3::Zero());
-    for (const duet::Joint& joint : bodies.articulation.joints)
-      world.context.control_angle.push_back(
-          starting_angle(joint, JointFrames(joint, bodies.rigid.state[as_index(joint.parent)].pose,
-                                            bodies.rigid.state[as_index(joint.child)].pose)));
+    world.context.control_angle = starting_angles(bodies.articulation, bodies.rigid);
   }
   built.tet_meshes = meshes.sizes();
   world.plan = plan;

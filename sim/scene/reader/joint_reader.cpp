@@ -171,15 +171,21 @@ class JointChecker {
     if (!control) return;
     const std::string path = join_path(path_, "control");
     check_controlled_axes(*control, path);
+    if (joint_.control.gain == 0 && !(joint_.control.damping.value_or(0) > 0))
+      problems_.add(place_of(*control, "gain"), join_path(path, "gain"),
+                    "is 0 without damping: nothing is controlled",
+                    "set damping > 0, how fast a motor takes on its speed, in 1/s");
     const toml::table* target = (*control)["target"].as_table();
     if (!target) return;
     const bool slides = joint_.type == JointType::prismatic;
     const auto check_words = [&](const toml::table& table, const std::string& at) {
-      const std::string_view wrong = slides ? "turn" : "travel";
-      if (table.contains(wrong))
-        problems_.add(place_of(table, wrong), join_path(at, wrong),
-                      slides ? "has no effect on a prismatic joint" : "has no effect on a joint that turns",
-                      slides ? "use `travel`" : "use `turn`");
+      for (const std::string_view ending : {"", "_rate"}) {
+        const std::string wrong = fmt::format("{}{}", slides ? "turn" : "travel", ending);
+        if (table.contains(wrong))
+          problems_.add(place_of(table, wrong), join_path(at, wrong),
+                        slides ? "has no effect on a prismatic joint" : "has no effect on a joint that turns",
+                        fmt::format("use `{}{}`", slides ? "travel" : "turn", ending));
+      }
     };
     const std::string at = join_path(path, "target");
     check_words(*target, at);

@@ -229,7 +229,7 @@ position = [0, 0, 0]
 swing = 60
 friction = 0.2
 collide = true
-control = { gain = 50, damping = 3, torque_limit = 9, x = false, y = true, z = true, lead = true, target = { turn = [1, 2, 3], start = 0.5, sinusoid = [{ turn = [0, 4, 0], period = 2, phase = 30 }], keyframes = [{ time = 0, turn = [0, 0, 0] }, { time = 1, turn = [0, 5, 0] }, { time = 2, turn = [0, 0, 0] }], loop = true, wave = { place = 1, spacing = 0.5, wavelength = 4, period = 2, bend = 0.3, height = 0.1 } } }
+control = { gain = 50, damping = 3, torque_limit = 9, x = false, y = true, z = true, lead = true, target = { turn = [1, 2, 3], turn_rate = [0, 1, 0], start = 0.5, sinusoid = [{ turn = [0, 4, 0], period = 2, phase = 30 }], keyframes = [{ time = 0, turn = [0, 0, 0] }, { time = 1, turn = [0, 5, 0] }, { time = 2, turn = [0, 0, 0] }], loop = true, wave = { place = 1, spacing = 0.5, wavelength = 4, period = 2, bend = 0.3, height = 0.1 } } }
 repeat = { count = 1, step = [1, 0, 0] }
 
 [[joints]]
@@ -240,7 +240,7 @@ child = "ring"
 parent_frame = { position = [0, 1, 0], axis = [0, 1, 0], up = [1, 0, 0] }
 child_frame = { position = [0, 1, 0], axis = [0, 1, 0], up = [1, 0, 0] }
 travel = { least = -1, most = 2 }
-control = { target = { travel = 0.1, sinusoid = { travel = 0.2, period = 1 }, keyframes = [{ time = 0, travel = 0 }, { time = 1, travel = 0.1 }] } }
+control = { target = { travel = 0.1, travel_rate = 0, sinusoid = { travel = 0.2, period = 1 }, keyframes = [{ time = 0, travel = 0 }, { time = 1, travel = 0.1 }] } }
 
 [[joints]]
 name = "door"
