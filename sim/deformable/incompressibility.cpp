@@ -158,15 +158,25 @@ void NodalVolumes::divergence(const std::vector<Vec3>& v, std::vector<double>& r
   });
 }
 
+Vec3 NodalVolumes::impulse_on(std::size_t ring, const std::vector<double>& q) const {
+  Vec3 sum = Vec3::Zero();
+  for (int k = row_start_[ring]; k < row_start_[ring + 1]; ++k)
+    sum += q[as_index(entries_[as_index(k)].ring)] * entries_[as_index(k)].gradient;
+  return sum;
+}
+
 void NodalVolumes::pressure_velocity(const std::vector<double>& q, std::vector<Vec3>& v) const {
   DUET_ASSERT(q.size() == size());
   parallel_for(size(), ring_grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      Vec3 sum = Vec3::Zero();
-      for (int k = row_start_[i]; k < row_start_[i + 1]; ++k)
-        sum += q[as_index(entries_[as_index(k)].ring)] * entries_[as_index(k)].gradient;
-      v[as_index(particle_[i])] = inverse_mass_[i] * sum;
-    }
+    for (std::size_t i = begin; i < end; ++i) v[as_index(particle_[i])] = inverse_mass_[i] * impulse_on(i, q);
+  });
+}
+
+void NodalVolumes::impulses_on_held(const std::vector<double>& q, std::vector<Vec3>& impulse) const {
+  DUET_ASSERT(q.size() == size());
+  parallel_for(size(), ring_grain, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      if (inverse_mass_[i] == 0) impulse[as_index(particle_[i])] = impulse_on(i, q);
   });
 }
 

@@ -62,11 +62,19 @@ class NodalVolumes {
   ///
   /// It overwrites the entries of `v` for particles that have a one-ring and leaves the others.
   void pressure_velocity(const std::vector<double>& q, std::vector<Vec3>& v) const;
+  /// Computes the impulses D^T q (N s) of pressures times time `q` on particles with inverse mass 0, which
+  /// pins or bones hold.
+  ///
+  /// It overwrites the entries of `impulse` for such particles that have a one-ring and leaves the others.
+  void impulses_on_held(const std::vector<double>& q, std::vector<Vec3>& impulse) const;
 
   /// Returns the largest |V/V_0 - 1| over the incompressible bodies at the positions `x` (m); 0 without any.
   double volume_error(const std::vector<Vec3>& x) const;
 
  private:
+  // Returns the impulse D^T q on the particle at the center of a one-ring, N s.
+  Vec3 impulse_on(std::size_t ring, const std::vector<double>& q) const;
+
   // Nonzero of the row of D of one one-ring, for a particle of that one-ring.
   struct Entry {
     Vec3 divergence;  // m^2, derivative of the row's volume by the particle's position

@@ -25,20 +25,22 @@ void set_zero(GeneralizedVelocity& v) {
 // sides. It takes the sizes and densities of bodies and elements out of the problem.
 class PressureSystem {
  public:
-  PressureSystem(const NodalVolumes& rings, const ContactProjection* projection, PressureScratch& scratch)
-      : rings_(rings), projection_(projection), scratch_(scratch) {}
+  PressureSystem(const Bodies& bodies, const ContactProjection* projection, PressureScratch& scratch)
+      : bodies_(bodies), projection_(projection), scratch_(scratch) {}
 
   // Sets scratch.change to the change of the velocities by the pressures s x, and scratch.scaled to s x.
   void change_velocities(const std::vector<double>& x) {
     scale(x, scratch_.scaled);
     GeneralizedVelocity& change = scratch_.change;
     if (projection_) set_zero(change);
-    rings_.pressure_velocity(scratch_.scaled, change.particle);
-    if (projection_) projection_->project(change);
+    pressure_change(bodies_, scratch_.scaled, scratch_.held_impulse, change);
+    if (!projection_) return;
+    projection_->project(change);
+    follow_twists(bodies_.bound, change.linear, change.angular, change.particle);
   }
   void apply(const std::vector<double>& x, std::vector<double>& out) {
     change_velocities(x);
-    rings_.divergence(scratch_.change.particle, out);
+    bodies_.nodal_volumes.divergence(scratch_.change.particle, out);
     scale(out, out);
   }
   double inner(const std::vector<double>& a, const std::vector<double>& b) const {
@@ -72,7 +74,7 @@ class PressureSystem {
     });
   }
 
-  const NodalVolumes& rings_;
+  const Bodies& bodies_;
   const ContactProjection* projection_;
   PressureScratch& scratch_;
 };
@@ -100,12 +102,24 @@ void prepare(const Bodies& bodies, double dt, const PressureSettings& settings, 
 
 }  // namespace
 
+void pressure_change(const Bodies& bodies, const std::vector<double>& q, std::vector<Vec3>& held_impulse,
+                     GeneralizedVelocity& change) {
+  bodies.nodal_volumes.pressure_velocity(q, change.particle);
+  if (bodies.bound.empty()) return;
+  held_impulse.resize(change.particle.size(), Vec3::Zero());
+  bodies.nodal_volumes.impulses_on_held(q, held_impulse);
+  std::fill(change.linear.begin(), change.linear.end(), Vec3::Zero());
+  std::fill(change.angular.begin(), change.angular.end(), Vec3::Zero());
+  add_force_twists(bodies.rigid, bodies.bound, held_impulse, 1, change.linear, change.angular);
+  follow_twists(bodies.bound, change.linear, change.angular, change.particle);
+}
+
 CgResult find_pressures(const Bodies& bodies, const ContactProjection* projection, double dt,
                         const PressureSettings& settings, PressureScratch& scratch) {
   DUET_ASSERT(dt > 0 && settings.tolerance > 0);
   DUET_ASSERT(scratch.rate.size() == bodies.nodal_volumes.size());
   prepare(bodies, dt, settings, scratch);
-  PressureSystem system(bodies.nodal_volumes, projection, scratch);
+  PressureSystem system(bodies, projection, scratch);
   const double tolerance = std::max(1.0, settings.reduction * system.norm(scratch.right_side));
   const CgResult result =
       conjugate_residual(system, scratch.right_side, tolerance, settings.iterations, scratch.pressure,

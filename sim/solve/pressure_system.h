@@ -29,8 +29,16 @@ struct PressureScratch {
       image,                       ///< Product with the residual.
       direction_image,             ///< Product with the search direction.
       scaled;                      ///< Pressures of the last product, Pa s.
+  std::vector<Vec3> held_impulse;  ///< Impulses of the last product on held particles, N s; else zero.
   GeneralizedVelocity change;      ///< Result: change of the velocities by the pressures, m/s and rad/s.
 };
+
+/// Sets `change` to M^-1 D^T q, the change of the velocities by pressures times time `q` (Pa s): of
+/// particles, and of the bodies that carry particles of incompressible bodies, with these particles.
+///
+/// Entries of particles without a one-ring stay; `change` must have its size. `held_impulse` is scratch.
+void pressure_change(const Bodies& bodies, const std::vector<double>& q, std::vector<Vec3>& held_impulse,
+                     GeneralizedVelocity& change);
 
 /// Finds the pressures q that change the rates D v of the one-rings of `bodies` by `scratch.rate`:
 ///   D P M^-1 D^T q = rate,

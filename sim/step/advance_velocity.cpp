@@ -144,8 +144,7 @@ void solve_semi_implicitly(World& world, StepContext& context, double dt, Contac
                    context.right_side.angular);
   follow_twists(bodies.bound, context.right_side.linear, context.right_side.angular,
                 context.right_side.particle);
-  if (world.has(Effect::incompressibility))
-    add_held_pressures(world, context, dt, context.right_side.particle);
+  if (world.has(Effect::incompressibility)) add_held_pressures(world, context, dt, context.right_side);
   context.solution = context.right_side;
   satisfy_contacts(bodies, dt, is_first ? context.surface_friction_n : context.surface_friction, context,
                    projection);

@@ -101,19 +101,21 @@ void ContactTally::add_answer_to_pressures(const World& world) {
   if (context.projection.empty()) return;
   const Bodies& bodies = world.bodies;
   const PressureScratch& pressure = context.pressure;
-  alone_.assign(bodies.particles.size(), Vec3::Zero());
-  bodies.nodal_volumes.pressure_velocity(pressure.pressure, alone_);
-  for (std::size_t p = 0; p < alone_.size(); ++p) {
-    if (is_held(bodies.particles, p) || pressure.change.particle[p] == alone_[p]) continue;
-    step_.particle.add(p, bodies.particles.mass[p] * (pressure.change.particle[p] - alone_[p]));
+  alone_.particle.assign(bodies.particles.size(), Vec3::Zero());
+  alone_.linear.assign(bodies.rigid.size(), Vec3::Zero());
+  alone_.angular = alone_.linear;
+  pressure_change(bodies, pressure.pressure, held_impulse_, alone_);
+  for (std::size_t p = 0; p < alone_.particle.size(); ++p) {
+    if (is_held(bodies.particles, p) || pressure.change.particle[p] == alone_.particle[p]) continue;
+    step_.particle.add(p, bodies.particles.mass[p] * (pressure.change.particle[p] - alone_.particle[p]));
   }
   if (world.has(Effect::articulation)) return;  // the projection mixes impulses of contacts and joints
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
     const RigidProperties& properties = bodies.rigid.properties[i];
     if (!properties.is_dynamic()) continue;
     const Mat3 rotation = bodies.rigid.state[i].pose.orientation.toRotationMatrix();
-    const Vec3 body_rate = rotation.transpose() * pressure.change.angular[i];
-    step_.linear[i] += properties.mass * pressure.change.linear[i];
+    const Vec3 body_rate = rotation.transpose() * (pressure.change.angular[i] - alone_.angular[i]);
+    step_.linear[i] += properties.mass * (pressure.change.linear[i] - alone_.linear[i]);
     step_.angular[i] += rotation * properties.inertia.cwiseProduct(body_rate);
   }
 }

@@ -67,8 +67,9 @@ class ContactTally {
   void add_answer_to_damping(const World& world);
 
   ContactSums step_, frame_;
-  bool has_steps_ = false;   // true if frame_ has the impulses of a step
-  std::vector<Vec3> alone_;  // scratch: m/s, velocities that pressures alone give to particles
+  bool has_steps_ = false;          // true if frame_ has the impulses of a step
+  GeneralizedVelocity alone_;       // scratch: m/s and rad/s, velocities that pressures alone give
+  std::vector<Vec3> held_impulse_;  // scratch of pressure_change()
 };
 
 }  // namespace duet

@@ -30,6 +30,7 @@ constexpr double velocity_reduction = 1e-2;
 const std::vector<Vec3>& velocities_in_contact(const Bodies& bodies, StepContext& context) {
   to_generalized(bodies, context.solution);
   context.projection.project(context.solution);
+  follow_twists(bodies.bound, context.solution.linear, context.solution.angular, context.solution.particle);
   return context.solution.particle;
 }
 
@@ -78,7 +79,7 @@ void change_velocities(World& world, StepContext& context) {
     bodies.particles.v[p] += scratch.change.particle[p];
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
     const RigidProperties& properties = bodies.rigid.properties[i];
-    if (context.projection.empty() || !properties.is_dynamic()) continue;
+    if ((context.projection.empty() && bodies.bound.empty()) || !properties.is_dynamic()) continue;
     RigidState& state = bodies.rigid.state[i];
     state.velocity += scratch.change.linear[i];
     const Mat3 rotation = state.pose.orientation.toRotationMatrix();
@@ -162,6 +163,10 @@ PressureSettings velocity_settings(const World& world) {
 // step.
 void correct_volume(World& world, StepContext& context) {
   context.projection.build(world.bodies, context.contact_cache, context.dt, world.settings.projection_sweeps);
+  if (world.has(Effect::articulation) && !world.bodies.bound.empty()) {  // jointed bones move together
+    context.joints.prepare_projection(world.bodies.rigid);
+    context.projection.add_joints(context.joints);
+  }
   find_rates_to_rest_volumes(world, context);
   find_change(world, context, world.settings.pressure);
   change_velocities(world, context);
@@ -192,9 +197,14 @@ void make_incompressible(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   NodalVolumes& rings = bodies.nodal_volumes;
   std::vector<double>& rate = context.pressure.rate;
+  follow_bodies(bodies.rigid, bodies.bound, bodies.particles);
   rings.divergence_at(bodies.particles.x, velocities_in_contact(bodies, context), rate);
   for (double& r : rate) r = -r;
   rings.linearize(context.x_half);
+  {
+    const AtMiddle at_middle(world);
+    bring_bound_to_middle(bodies, context.rigid_n);
+  }
   find_change(world, context, velocity_settings(world));
   change_velocities(world, context);
   for (std::size_t i = 0; i < context.pressure_n.size(); ++i)
@@ -208,6 +218,7 @@ void make_incompressible(World& world, StepContext& context) {
 void keep_volume(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   NodalVolumes& rings = bodies.nodal_volumes;
+  follow_bodies(bodies.rigid, bodies.bound, bodies.particles);
   rings.linearize(bodies.particles.x);
   const auto find_rates = [&] {
     std::vector<double>& rate = context.pressure.rate;
@@ -225,15 +236,17 @@ void keep_volume(World& world, StepContext& context) {
 // Damping has to act on the velocities that pressures leave. Without the pressures the solve would see
 // particles of a compressed body driven apart by the elastic forces, and the damping of that motion would do
 // work on particles that in truth stay together.
-void add_held_pressures(World& world, StepContext& context, double dt, std::vector<Vec3>& velocity) {
+void add_held_pressures(World& world, StepContext& context, double dt, GeneralizedVelocity& velocity) {
   NodalVolumes& rings = world.bodies.nodal_volumes;
   PressureScratch& scratch = context.pressure;
   scratch.scaled.resize(rings.size());
   for (std::size_t i = 0; i < rings.size(); ++i) scratch.scaled[i] = dt * context.pressure_n[i];
   scratch.change.particle.assign(world.bodies.particles.size(), Vec3::Zero());
+  scratch.change.linear.assign(world.bodies.rigid.size(), Vec3::Zero());
+  scratch.change.angular.assign(world.bodies.rigid.size(), Vec3::Zero());
   rings.linearize(world.bodies.particles.x);
-  rings.pressure_velocity(scratch.scaled, scratch.change.particle);
-  for (std::size_t p = 0; p < velocity.size(); ++p) velocity[p] += scratch.change.particle[p];
+  pressure_change(world.bodies, scratch.scaled, scratch.held_impulse, scratch.change);
+  VelocitySystem::axpy(1, scratch.change, velocity);
 }
 
 }  // namespace duet

@@ -176,8 +176,8 @@ void bring_bound_to_middle(Bodies& bodies, const std::vector<RigidState>& rigid_
 void apply_bound_forces(Bodies& bodies, const std::vector<Vec3>& force, double dt);
 /// Adds to `velocity` what the pressures of the last step change of velocities within `dt` (s).
 ///
-/// `velocity` (m/s) has an entry per particle; the pressures act at the positions now.
-void add_held_pressures(World& world, StepContext& context, double dt, std::vector<Vec3>& velocity);
+/// The pressures act at the positions now.
+void add_held_pressures(World& world, StepContext& context, double dt, GeneralizedVelocity& velocity);
 /// Adds `sign` times the velocities now to context.twice_moved, for keep_spin().
 ///
 /// A change of velocities between a call with -1 and one with 1 counts as forces at x^{n+1/2}. begin_spin()

@@ -41,19 +41,22 @@ Momentum impulse_of_joints(const JointSolver& joints) {
 // those of the pressures alone.
 Momentum impulse_of_contact(const Bodies& bodies, const PressureScratch& pressure,
                             const std::vector<Vec3>& x) {
-  std::vector<Vec3> alone(x.size(), Vec3::Zero());
-  bodies.nodal_volumes.pressure_velocity(pressure.pressure, alone);
+  std::vector<Vec3> held;
+  GeneralizedVelocity alone{std::vector<Vec3>(x.size(), Vec3::Zero()),
+                            std::vector<Vec3>(bodies.rigid.size(), Vec3::Zero()),
+                            std::vector<Vec3>(bodies.rigid.size(), Vec3::Zero())};
+  pressure_change(bodies, pressure.pressure, held, alone);
   Momentum total;
   for (std::size_t p = 0; p < x.size(); ++p) {
     if (bodies.particles.inverse_mass[p] == 0) continue;
-    const Vec3 impulse = bodies.particles.mass[p] * (pressure.change.particle[p] - alone[p]);
+    const Vec3 impulse = bodies.particles.mass[p] * (pressure.change.particle[p] - alone.particle[p]);
     total += {impulse, x[p].cross(impulse)};
   }
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
     const RigidProperties& properties = bodies.rigid.properties[i];
     const Pose& pose = bodies.rigid.state[i].pose;
-    const Vec3 impulse = properties.mass * pressure.change.linear[i];
-    const Vec3 body_rate = pose.orientation.conjugate() * pressure.change.angular[i];
+    const Vec3 impulse = properties.mass * (pressure.change.linear[i] - alone.linear[i]);
+    const Vec3 body_rate = pose.orientation.conjugate() * (pressure.change.angular[i] - alone.angular[i]);
     total += {impulse,
               pose.position.cross(impulse) + pose.orientation * properties.inertia.cwiseProduct(body_rate)};
   }
