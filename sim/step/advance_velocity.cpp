@@ -368,7 +368,7 @@ void advance_implicitly(World& world, StepContext& context) {
 
 void advance_velocity(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
-  if (world.has(Effect::springs)) bodies.forces.begin_step(bodies.particles.x);
+  if (world.has(Effect::springs)) bodies.forces.choose_altitudes(bodies.particles.x);
   const bool is_implicit = world.settings.implicit_elasticity && world.has_internal_forces();
   const bool damps_at_end = is_implicit || world.settings.constraints_before_solve;
   bodies.forces.set_time_step(context.dt, damps_at_end ? std::nullopt : std::optional(damping_at(world)));

@@ -50,6 +50,8 @@ void find_middle_forces(World& world, StepContext& context) {
   carry(context.kinematic, context.x_n, context.dt, bodies);
   const AtMiddle at_middle(world);
   bring_bound_to_middle(bodies, context.rigid_n);
+  if (world.has(Effect::springs) && !world.settings.implicit_elasticity)
+    bodies.forces.choose_altitudes(bodies.particles.x);
   find_explicit_forces(world, context);
   if (solves_at_end(world) && !world.settings.constraints_before_solve)
     add_turn_forces(world, context, world.settings.damping_at, context.force);

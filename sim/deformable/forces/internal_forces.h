@@ -46,8 +46,12 @@ class InternalForces {
   /// Zero-length springs and mass-proportional damping are not restricted.
   void limit_to(const ParticleMask* mask);
 
-  /// Selects the altitude springs for the positions `x` (m); to be called once in a step, at x^n.
-  void begin_step(const std::vector<Vec3>& x) { altitude_springs.choose(x); }
+  /// Selects the altitude springs for the positions `x` (m).
+  ///
+  /// To be called at x^n, and in semi-implicit steps at x^{n+1/2} as well. Springs that are chosen a moment
+  /// too late are not the ones that store the energy: a body of springs without damping gained a thousandth
+  /// of its energy in every step.
+  void choose_altitudes(const std::vector<Vec3>& x) { altitude_springs.choose(x); }
   /// Adds the elastic forces at the positions `x` (m) to `force` (N), keeps the state of deformation for
   /// damping and differentials, and updates max_omega_squared().
   void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force);

@@ -164,6 +164,15 @@ void add_skin_mass(const scene::DeformableBody& description, const BodyShape& sk
                     description.name, *description.skin->mass, skin.skin.farthest_outside()));
 }
 
+// Returns the law of the springs of a volume. In implicit steps the springs on altitudes stay those of the
+// beginning of a step, and damping has to take the energy that this gives.
+SpringLaw spring_law(const Solver& solver, const Material& material) {
+  constexpr double least_damping = 0.01;  // of critical; with 0.003 energy falls, without any it grows
+  SpringLaw law = material.springs;
+  if (solver.integration == Integration::implicit) law.damping = std::max(law.damping, least_damping);
+  return law;
+}
+
 // Adds a volume: its particles, the forces of it that are in the plan, and its contact points. Returns its
 // drawn surface; the size of a skin without contact is added to `skins`.
 BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::DeformableBody& description,
@@ -201,7 +210,8 @@ BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::Def
         tets, bodies.particles.x,
         {lame_parameters(material.youngs_modulus, material.poisson_ratio, material.damping), material.model,
          material.mass_damping, description.incompressible});
-  if (resists.springs && plan[index(Effect::springs)]) add_volume_springs(tets, material.springs, bodies);
+  if (resists.springs && plan[index(Effect::springs)])
+    add_volume_springs(tets, spring_law(scene.solver, material), bodies);
   if (description.incompressible) bodies.nodal_volumes.add(tets, bodies.particles.x);
   body.tet_count = static_cast<int>(bodies.forces.elements.size()) - body.first_tet;
   if (skin && description.skin->contact)
