@@ -110,17 +110,28 @@ void JointForces::hand_to(JointSolver& joints) const {
   for (const Row& row : rows_) joints.start_drive(row.joint.row, row.impulse);
 }
 
-Momentum JointForces::impulse_of_fixed() const {
+Momentum JointForces::impulse_of_fixed(const Row& row) const {
   Momentum total;
   const auto add = [&](std::size_t body, const Vec3& linear, const Vec3& angular) {
     if (rigid_->properties[body].is_dynamic()) return;
     total += {-linear, -(rigid_->state[body].pose.position.cross(linear) + angular)};
   };
-  for (const Row& row : rows_) {
-    const JointRow& geometry = row.joint.geometry;
-    add(row.joint.child, row.impulse * geometry.linear, row.impulse * geometry.child_moment);
-    add(row.joint.parent, -row.impulse * geometry.linear, -row.impulse * geometry.parent_moment);
-  }
+  const JointRow& geometry = row.joint.geometry;
+  add(row.joint.child, row.impulse * geometry.linear, row.impulse * geometry.child_moment);
+  add(row.joint.parent, -row.impulse * geometry.linear, -row.impulse * geometry.parent_moment);
+  return total;
+}
+
+Momentum JointForces::impulse_of_fixed() const {
+  Momentum total;
+  for (const Row& row : rows_) total += impulse_of_fixed(row);
+  return total;
+}
+
+Momentum JointForces::impulse_of_fixed(std::size_t parent, std::size_t child) const {
+  Momentum total;
+  for (const Row& row : rows_)
+    if (row.joint.parent == parent && row.joint.child == child) total += impulse_of_fixed(row);
   return total;
 }
 

@@ -49,6 +49,8 @@ class JointForces {
   void hand_to(JointSolver& joints) const;
   /// Returns what bodies of infinite mass give to others by the impulses of all rows.
   Momentum impulse_of_fixed() const;
+  /// Returns the same for the joints between two bodies.
+  Momentum impulse_of_fixed(std::size_t parent, std::size_t child) const;
 
  private:
   struct Row {
@@ -58,6 +60,8 @@ class JointForces {
         impulse = 0,        // N s or N m s
         slope = 0;          // kg or kg m^2, decrease of the impulse per velocity
   };
+  // Returns what bodies of infinite mass give to others by the impulse of a row.
+  Momentum impulse_of_fixed(const Row& row) const;
   // Returns the velocity of a row, m/s or rad/s.
   static double velocity_of(const Row& row, const GeneralizedVelocity& v);
   // Adds M^-1 times an impulse on a row.

@@ -1,5 +1,7 @@
 #include "sim/step/free_islands.h"
 
+#include <algorithm>
+
 namespace duet {
 
 void FreeIslands::find(const Bodies& bodies) {
@@ -20,13 +22,25 @@ void FreeIslands::find(const Bodies& bodies) {
     add(rigid_ + d, island_of_[d]);
   }
   for (std::size_t i = rigid_; i-- > 0;) add(i, islands_.of_rigid(i));
-  for (const Joint& joint :
-       bodies.articulation.joints)  // joints with bodies of infinite mass hold the island
-    if (islands_.of_rigid(as_index(joint.parent)) < 0 || islands_.of_rigid(as_index(joint.child)) < 0)
-      for (const int body : {joint.parent, joint.child}) touch_rigid(body);
+  pivot_.assign(islands_.size(), -1);
+  for (std::size_t j = 0; j < bodies.articulation.joints.size(); ++j) hold(bodies, static_cast<int>(j));
   for (const auto& [rigid, deformable] : bodies.collision_exclusions_deformable)
     if (islands_.of_rigid(as_index(rigid)) < 0)
       touch_particle(bodies.deformable[as_index(deformable)].first_particle);
+}
+
+void FreeIslands::hold(const Bodies& bodies, int joint) {
+  const Joint& here = bodies.articulation.joints[as_index(joint)];
+  const int of_parent = islands_.of_rigid(as_index(here.parent)),
+            of_child = islands_.of_rigid(as_index(here.child));
+  if (of_parent >= 0 && of_child >= 0) return;
+  const int island = std::max(of_parent, of_child), fixed = of_parent < 0 ? here.parent : here.child;
+  if (island < 0) return;
+  const bool turns = here.kind == JointKind::hinge || here.kind == JointKind::point;
+  if (turns && pivot_[as_index(island)] < 0 && !bodies.rigid.properties[as_index(fixed)].moves())
+    pivot_[as_index(island)] = joint;
+  else
+    touch(island);
 }
 
 void FreeIslands::finish() {

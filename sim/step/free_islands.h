@@ -1,5 +1,6 @@
 // Free islands: bodies that joints, bones and springs hold together and that nothing else touches in a step.
-// They keep their angular momentum about their center of mass (sim/step/keep_spin.cpp).
+// They keep their angular momentum about their center of mass, or, if they turn about one joint that a static
+// body holds, about that joint (sim/step/keep_spin.cpp).
 #pragma once
 
 #include <vector>
@@ -16,7 +17,7 @@ class FreeIslands {
   /// Finds the islands of bodies that joints, bones and springs hold together.
   ///
   /// Islands that bodies of infinite mass hold by joints or bindings count as touched, all others as
-  /// untouched.
+  /// untouched, and those that a static body holds by a single hinge or point joint.
   void find(const Bodies& bodies);
 
   /// Marks the island of a rigid body as touched; bodies of infinite mass belong to no island.
@@ -28,6 +29,9 @@ class FreeIslands {
   void finish();
   /// Returns the first deformable body of each untouched island, ascending, as of finish().
   const std::vector<std::size_t>& untouched() const { return untouched_; }
+
+  /// Returns the joint by which a static body holds the island of deformable body `first`; -1: none.
+  int pivot(std::size_t first) const { return pivot_[as_index(island_of_[first])]; }
 
   /// Visits the bodies of the island of deformable body `first`.
   ///
@@ -43,6 +47,8 @@ class FreeIslands {
   }
 
  private:
+  // Notes that a body of infinite mass holds an island by joint number `joint`.
+  void hold(const Bodies& bodies, int joint);
   // Marks an island as touched; -1: none.
   void touch(int island) {
     if (island >= 0) is_touched_[as_index(island)] = 1;
@@ -54,6 +60,7 @@ class FreeIslands {
   std::vector<int> first_,              // per island, its first node; -1: none
       next_;                            // per node, the next one of its island; -1: none
   std::vector<char> is_touched_;        // per island
+  std::vector<int> pivot_;              // per island, see pivot()
   std::vector<std::size_t> untouched_;  // see untouched()
 };
 

@@ -1,5 +1,6 @@
 // Step V: free islands keep their spin, the angular momentum about their center of mass, which moving their
-// positions would change.
+// positions would change. Islands with bones that turn about a joint of a static body keep that about the
+// joint, apart from the moments of gravity and of the joint's control, friction and limits.
 #include <algorithm>
 
 #include "sim/contact/detection/surface_intersections.h"
@@ -118,13 +119,72 @@ Vec3 gain_of_solve(const StepContext& context, std::size_t first, const Vec3& ce
   return gained;
 }
 
+// Returns the angular momentum (kg m^2/s) about the fixed point `pivot` (m) that an island gains without a
+// force, if its velocities come from a solve with contact inside: all that does not come from gravity, drag,
+// and `drive`, the impulse that the static body gives by control, friction and limits of the joint there.
+Vec3 gain_about(const World& world, std::size_t first, const Vec3& pivot, const Momentum& drive) {
+  const StepContext& context = world.context;
+  const Bodies& bodies = world.bodies;
+  const RigidBodies& rigid = bodies.rigid;
+  const Particles& particles = bodies.particles;
+  Vec3 gained = pivot.cross(drive.linear) - drive.angular;
+  const auto add = [&](double mass, const Vec3& x, const Vec3& x_n, const Vec3& v, const Vec3& v_n) {
+    gained += mass * ((x - pivot).cross(v) - (x_n - pivot).cross(v_n) -
+                      context.dt * (0.5 * (x + x_n) - pivot).cross(world.gravity));
+  };
+  for_each_mass(
+      bodies, context.free_islands, first,
+      [&](std::size_t i) {
+        const RigidState &now = rigid.state[i], &then = context.rigid_n[i];
+        add(rigid.properties[i].mass, now.pose.position, then.pose.position, now.velocity, then.velocity);
+        gained += now.angular_momentum - then.angular_momentum;
+      },
+      [&](std::size_t p) {
+        const Vec3 &x = particles.x[p], &x_n = context.x_n[p];
+        add(particles.mass[p], x, x_n, particles.v[p], context.v_n.particle[p]);
+        const double drag = bodies.forces.elements.drag(p);
+        if (drag > 0)
+          gained += context.dt * drag * (0.5 * (x + x_n) - pivot).cross(context.solution.particle[p]);
+      });
+  return gained;
+}
+
+// Turns the island of deformable body `first` back about the joint of a static body that holds it.
+void keep_spin_about_joint(World& world, std::size_t first, const MassMoments& moments) {
+  const StepContext& context = world.context;
+  Bodies& bodies = world.bodies;
+  if (world.applied.any) return;
+  const Joint& joint = bodies.articulation.joints[as_index(context.free_islands.pivot(first))];
+  const auto parent = as_index(joint.parent), child = as_index(joint.child);
+  const JointFrames frames(joint, bodies.rigid.state[parent].pose, bodies.rigid.state[child].pose);
+  const Vec3 pivot = bodies.rigid.properties[parent].is_dynamic() ? frames.child : frames.parent;
+  const Vec3 gained = gain_about(world, first, pivot, context.joint_forces.impulse_of_fixed(parent, child));
+  const Vec3 arm = moments.center - pivot;
+  const Mat3 inertia =
+      moments.inertia + moments.mass * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
+  if (joint.kind == JointKind::hinge) {
+    const Vec3 axis = frames.parent_axes * Vec3::UnitX();
+    turn_back(bodies, context.free_islands, first, pivot, gained.dot(axis) / axis.dot(inertia * axis) * axis);
+  } else {
+    MassMoments about_pivot = moments;
+    about_pivot.inertia = inertia;
+    turn_back(bodies, context.free_islands, first, pivot, angular_velocity_of(about_pivot, gained));
+  }
+}
+
 // Turns the island of deformable body `first` back by what it has gained.
-void keep_spin(const StepContext& context, std::size_t first, Bodies& bodies) {
+void keep_spin(World& world, std::size_t first) {
+  const StepContext& context = world.context;
+  Bodies& bodies = world.bodies;
   const MassMoments moments = moments_of(bodies, context.free_islands, first);
   bool has_bones = false, by_solve = false;  // by_solve: contact inside the solve
   context.free_islands.for_each_member(
       first, [&](std::size_t) { has_bones = true; },
       [&](std::size_t d) { by_solve = by_solve || context.solved_bodies[d]; });
+  if (context.free_islands.pivot(first) >= 0) {
+    if (has_bones && by_solve) keep_spin_about_joint(world, first, moments);
+    return;
+  }
   const Vec3 gained = has_bones && by_solve
                           ? gain_of_solve(context, first, moments.center, moments.mass, bodies)
                           : gain_of_moving(context, first, moments.mass, bodies);
@@ -199,7 +259,7 @@ bool keeps_spin(const World& world) { return world.settings.keep_spin && world.h
 // acted.
 void keep_spin(World& world, StepContext& context) {
   if (!world.settings.constraints_before_solve) count_middle_forces(world, context, 1);
-  for (const std::size_t first : context.free_islands.untouched()) keep_spin(context, first, world.bodies);
+  for (const std::size_t first : context.free_islands.untouched()) keep_spin(world, first);
 }
 
 }  // namespace duet

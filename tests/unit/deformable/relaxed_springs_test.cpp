@@ -69,7 +69,7 @@ struct Block {
   // Returns the largest eigenvalue of M^-1 (dt^2 K - 2 dt D) with the time step that the rule chooses in this
   // state. Above 4 the step is unstable.
   double growth() {
-    forces.begin_step(x);
+    forces.choose_altitudes(x);
     std::vector<Vec3> force(x.size(), Vec3::Zero());
     forces.add_elastic_forces(x, force);
     const double dt = 2 * cfl / std::sqrt(forces.max_omega_squared());

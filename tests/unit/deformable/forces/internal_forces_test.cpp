@@ -40,7 +40,7 @@ struct Specimen {
     }
     fill(*this);
     forces.finalize(mass, inverse_mass, mass);
-    forces.begin_step(rest);
+    forces.choose_altitudes(rest);
   }
   // Returns a random vector for each particle with components of up to `size`.
   std::vector<Vec3> field(unsigned seed, double size) const {
@@ -125,7 +125,7 @@ TEST(InternalForces, AreTheGradientOfTheEnergy) {
   for (Specimen& s : specimens()) {
     SCOPED_TRACE(s.name);
     const std::vector<Vec3> x = s.moved(1, 0.05);
-    s.forces.begin_step(x);
+    s.forces.choose_altitudes(x);
     const std::vector<Vec3> force = s.elastic(x);
     const double h = 1e-5, scale = largest(force);
     ASSERT_GT(scale, 0);
@@ -145,7 +145,7 @@ TEST(InternalForces, AreTheGradientOfTheEnergy) {
 TEST(InternalForces, DampingInSinglePrecisionIsOffByItsRounding) {
   for (Specimen& s : specimens()) {
     SCOPED_TRACE(s.name);
-    s.forces.begin_step(s.rest);
+    s.forces.choose_altitudes(s.rest);
     s.elastic(s.moved(1, 0.05));
     const std::vector<Vec3> v = s.field(2, 1), exact = s.damping(v);
     std::vector<Vec3> difference = zeros(v.size());
@@ -174,7 +174,7 @@ TEST(InternalForces, HaveNoResultantAndNoMoment) {
   for (Specimen& s : specimens()) {
     SCOPED_TRACE(s.name);
     const std::vector<Vec3> x = s.moved(2, 0.2);
-    s.forces.begin_step(x);
+    s.forces.choose_altitudes(x);
     std::vector<Vec3> force = s.elastic(x);
     const std::vector<Vec3> damping = s.damping(s.field(3, 1));
     for (std::size_t i = 0; i < x.size(); ++i) force[i] += damping[i];
@@ -202,9 +202,9 @@ TEST(InternalForces, TurnWithTheBody) {
       turned.push_back(turn * x[i] + Vec3(3, -2, 1));
       v_turned.push_back(turn * v[i]);
     }
-    s.forces.begin_step(x);
+    s.forces.choose_altitudes(x);
     const std::vector<Vec3> elastic = s.elastic(x), damping = s.damping(v), differential = s.differential(v);
-    s.forces.begin_step(turned);
+    s.forces.choose_altitudes(turned);
     const std::vector<Vec3> elastic_turned = s.elastic(turned), damping_turned = s.damping(v_turned),
                             differential_turned = s.differential(v_turned);
     const auto expect_turned = [&](const std::vector<Vec3>& now, const std::vector<Vec3>& before) {
@@ -224,7 +224,7 @@ TEST(InternalForces, DifferentialsAndDampingAreSemidefinite) {
     SCOPED_TRACE(s.name);
     for (const double size : {0.05, 0.6}) {
       const std::vector<Vec3> x = s.moved(4, size);
-      s.forces.begin_step(x);
+      s.forces.choose_altitudes(x);
       s.elastic(x);
       for (unsigned seed = 10; seed < 20; ++seed) {
         const std::vector<Vec3> u = s.field(seed, 1), v = s.field(seed + 100, 1);
@@ -255,7 +255,7 @@ TEST(InternalForces, TurnForcesLeaveNoDampingOfATurn) {
     if (s.forces.rod_bending.size() > 0 || s.forces.shell_bending.size() > 0) continue;
     SCOPED_TRACE(s.name);
     const std::vector<Vec3> x = s.moved(6, 0.05);
-    s.forces.begin_step(x);
+    s.forces.choose_altitudes(x);
     s.elastic(x);
     std::vector<Vec3> v, later;
     for (const Vec3& r : x) {
@@ -340,7 +340,7 @@ TEST(InternalForces, FrequencyBoundHoldsAtRestAndStretched) {
     for (const double stretch : {1.0, 1.3}) {
       std::vector<Vec3> x = s.rest;
       for (Vec3& place : x) place *= stretch;
-      s.forces.begin_step(x);
+      s.forces.choose_altitudes(x);
       s.elastic(x);
       const double highest = highest_omega_squared(s);
       const double bound = s.forces.max_omega_squared();
