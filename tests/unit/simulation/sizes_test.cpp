@@ -1,7 +1,6 @@
 // Bones that hold particles on one line only can turn in their flesh, and `duet check` says so.
 #include <string>
 
-#include "tests/support/articulated.h"
 #include "tests/support/scenes.h"
 #include <gtest/gtest.h>
 
@@ -36,25 +35,6 @@ TEST(WorldSizes, TellBonesThatHoldOneLineOfParticles) {
     EXPECT_NE(found[0].find("7 particles"), std::string::npos) << found[0];
     EXPECT_TRUE(sizes_with_bone(0.5, with_springs).loose_bones.empty()) << with_springs;
   }
-}
-
-// A control with the gain 1000 follows 0.063 s later, in which a target of 7.9 turns a second turns by a
-// half.
-TEST(Warnings, TellControlsThatLagByHalfATurn) {
-  for (const double turns : {7.0, 9.0})
-    for (const bool leads : {false, true}) {
-      scene::Scene scene = test::free_space();
-      test::add_chain(scene, 2, scene::JointType::hinge, false);
-      scene::Joint& joint = scene.joints.front();
-      joint.has_control = true;
-      joint.control.lead = leads;
-      joint.control.target.keyframes = {{0, Vec3::Zero(), 0}, {2, Vec3(720 * turns, 0, 0), 0}};
-      const auto found = scene::warnings(scene, {}, Simulation(scene, test::plan(scene)).sizes());
-      ASSERT_EQ(found.size(), turns > 8 && !leads ? 1u : 0u) << turns;
-      if (!found.empty()) {
-        EXPECT_NE(found[0].find(joint.name), std::string::npos) << found[0];
-      }
-    }
 }
 
 }  // namespace
