@@ -56,8 +56,8 @@ scene::Scene landing(const Landing& how, double size) {
 
 // Volumes that contact had compressed used to be restored by the next step against the pressure, and damping
 // acted on velocities without the pressure's part: a strongly damped box on rough ground gained 370 % of its
-// energy. The stiffest bodies still gain 0.4 to 2.4 % on smooth supports, in 4 of these 54 scenes, hence the
-// bound of 3 % and the count.
+// energy. The stiffest bodies gained 0.4 to 2.4 % on smooth supports, in 4 of these 54 scenes; one still
+// gains 0.9 %, hence the bound and the count.
 TEST(EverydaySoftIncompressible, LandsWithoutGainingEnergy) {
   double most = 0;
   int gaining = 0;
@@ -73,8 +73,8 @@ TEST(EverydaySoftIncompressible, LandsWithoutGainingEnergy) {
           most = std::max(most, gain);
           gaining += gain > 1e-3;
         }
-  test::expect_below(most, 0.03, "energy gained, over the most that moves");
-  test::expect_below(gaining, 5.0 * cases.taken() / 54,
+  test::expect_below(most, 0.01, "energy gained, over the most that moves");
+  test::expect_below(gaining, 2.0 * cases.taken() / 54,
                      fmt::format("scenes of {} that gain more than a thousandth", cases.taken()));
 }
 
@@ -91,6 +91,31 @@ TEST(EverydaySoftIncompressible, IsDampedUnderItsPressures) {
         most = std::max(most, test::gain_of(landing(how, 0.2), 100));
       }
   test::expect_below(most, 1e-3, "energy gained, over the most that moves");
+}
+
+// A box slides on the ground with the friction that is given. What pressures add to the forces of contact had
+// no friction: the box decelerated by 0.64 mu g. The bound is for what pressures still add after contact.
+TEST(EverydaySoftIncompressible, SlidesWithItsFriction) {
+  constexpr double mu = 0.3, mass = 32;  // kg
+  for (const double stiffness : {3e4, 1e5, 1e6}) {
+    scene::Scene scene = test::on_ground(mu);
+    scene.gravity = Vec3(0, -gravity, 0);
+    scene::DeformableBody& soft =
+        test::add_soft_box(scene, "soft", Vec3(0, 0.1, 0), Vec3(0.4, 0.2, 0.4), 2, stiffness);
+    soft.shape.cells = Vec3i(4, 2, 4);
+    soft.incompressible = true;
+    soft.placement.velocity = Vec3(3, 0, 0);
+    scene.materials[0].density = density;
+    scene.materials[0].damping = 0.02;
+    Simulation simulation(scene, test::plan(scene));
+    const auto velocity = [&] { return momentum(simulation.world().bodies).linear.x() / mass; };
+    for (int frame = 0; frame < 3; ++frame) simulation.advance_frame();
+    const double start = velocity();
+    for (int frame = 0; frame < 5; ++frame) simulation.advance_frame();
+    const double friction = (start - velocity()) / (5.0 / 24) / gravity;
+    test::expect_below(std::abs(friction / mu - 1), 0.05,
+                       fmt::format("error of the friction, relative, {:.0e} Pa", stiffness));
+  }
 }
 
 // The pressure solve used to let a body that friction holds slide in every step, at 1.5 mm/s.
