@@ -40,4 +40,11 @@ inline GeneralizedVelocity random_velocity(const Bodies& bodies, unsigned seed) 
   return v;
 }
 
+// Returns velocities that are all zero.
+inline GeneralizedVelocity no_velocity(const Bodies& bodies) {
+  return {std::vector<Vec3>(bodies.particles.size(), Vec3::Zero()),
+          std::vector<Vec3>(bodies.rigid.size(), Vec3::Zero()),
+          std::vector<Vec3>(bodies.rigid.size(), Vec3::Zero())};
+}
+
 }  // namespace duet::test

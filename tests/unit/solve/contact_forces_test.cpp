@@ -28,12 +28,7 @@ class ContactsInSolve : public ::testing::Test {
   }
   World& world() { return simulation_.world(); }
   Bodies& bodies() { return world().bodies; }
-  GeneralizedVelocity zero() {
-    GeneralizedVelocity v = random_velocity(bodies(), 1);
-    for (std::vector<Vec3>* part : {&v.particle, &v.linear, &v.angular})
-      part->assign(part->size(), Vec3::Zero());
-    return v;
-  }
+  GeneralizedVelocity zero() { return test::no_velocity(bodies()); }
   // Returns the inner product with the mass matrix.
   double inner(const GeneralizedVelocity& u, const GeneralizedVelocity& v) {
     return VelocitySystem(bodies(), 1e-3, ImplicitForces::damping, nullptr, force_, inertia_).inner(u, v);

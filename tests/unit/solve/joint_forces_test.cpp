@@ -50,12 +50,7 @@ class DriveInSolve : public ::testing::Test {
   World& world() { return simulation_.world(); }
   Bodies& bodies() { return world().bodies; }
   JointSolver& joints() { return world().context.joints; }
-  GeneralizedVelocity zero() {
-    GeneralizedVelocity v = random_velocity(bodies(), 1);
-    for (std::vector<Vec3>* part : {&v.particle, &v.linear, &v.angular})
-      part->assign(part->size(), Vec3::Zero());
-    return v;
-  }
+  GeneralizedVelocity zero() { return test::no_velocity(bodies()); }
   double inner(const GeneralizedVelocity& u, const GeneralizedVelocity& v) {
     return VelocitySystem(bodies(), dt, ImplicitForces::damping, nullptr, force_, inertia_).inner(u, v);
   }
