@@ -174,15 +174,6 @@ double mass_ratio(const WorldSizes& sizes) {
 
 namespace {
 
-// Returns whether contact of incompressible bodies may lack a part of its impulses. With joints, loads come
-// into the last stage of a step only, and pressures pass a part of them on under a projection, whose impulses
-// are not those of contacts.
-bool loses_friction_to_pressures(const Scene& scene) {
-  return scene.solver.integration != Integration::implicit && !scene.joints.empty() &&
-         std::any_of(scene.deformable.begin(), scene.deformable.end(),
-                     [](const DeformableBody& body) { return body.incompressible; });
-}
-
 // Returns whether incompressible bodies may gain energy, because damping acts on the velocities that contact
 // and elastic forces have changed before the pressures respond to them.
 bool is_damped_before_pressures(const Scene& scene) {
@@ -245,10 +236,6 @@ std::vector<std::string> warnings(const Scene& scene, const EffectPlan& plan, co
         "the mass ratio {:.4g}:1 is above {:.0f}:1: if heavy deformable bodies sink into light rigid ones "
         "that joints hold or that touch sheets or rods, set solver.integration = \"implicit\"",
         mass_ratio(sizes), large_mass_ratio));
-  if (loses_friction_to_pressures(scene))
-    found.emplace_back(
-        "friction and forces of contact between incompressible bodies and bodies with joints may be too "
-        "small by a quarter, because they miss what pressures add: set solver.integration = \"implicit\"");
   if (is_damped_before_pressures(scene))
     found.emplace_back(
         "incompressible bodies in contact may gain energy with solver.velocity_constraints = "

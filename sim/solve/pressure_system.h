@@ -30,6 +30,7 @@ struct PressureScratch {
       direction_image,             ///< Product with the search direction.
       scaled;                      ///< Pressures of the last product, Pa s.
   std::vector<Vec3> held_impulse;  ///< Impulses of the last product on held particles, N s; else zero.
+  GeneralizedVelocity alone;       ///< Scratch: the change without contacts and joints.
   GeneralizedVelocity change;      ///< Result: change of the velocities by the pressures, m/s and rad/s.
 };
 

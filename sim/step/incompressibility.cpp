@@ -25,10 +25,29 @@ constexpr double max_travel = 0.25;
 // small, because even a small divergence, such as that of a slow rotation, would add up over the steps.
 constexpr double velocity_reduction = 1e-2;
 
-// Returns the particle velocities (m/s) projected onto the contacts of context.projection, as contact will
-// leave them.
-const std::vector<Vec3>& velocities_in_contact(const Bodies& bodies, StepContext& context) {
+// Fraction of its cone that a contact may use and still count as sticking, with normals that have turned
+// since its impulse was found. A box that slid over mesh edges seemed to stick at them, and was braked.
+constexpr double turned_cone_share = 0.9;
+
+// What contacts and joints will do besides holding: known from earlier solves, and the same again at rest.
+// Implicit steps, whose solves have contact inside, and the order of constraints before the solve expect
+// nothing.
+struct Expected {
+  double friction = 0;                 // share of the friction impulses of context.projection
+  const RigidForces* drive = nullptr;  // forces of control, friction and limits of joints; null: none
+  double seconds = 0;                  // time for which these act
+  bool pressures = false;              // whether the pressures of the last step act for that time, too
+};
+
+// Returns the particle velocities (m/s) with the `expected` impulses, projected onto the contacts of
+// context.projection, as contact will leave them. Pressures that know nothing of friction and of what presses
+// a body would carry too little, and the rest would come after the contacts, without friction.
+const std::vector<Vec3>& velocities_in_contact(World& world, StepContext& context, const Expected& expected) {
+  const Bodies& bodies = world.bodies;
   to_generalized(bodies, context.solution);
+  if (expected.pressures) add_held_pressures(world, context, expected.seconds, context.solution);
+  if (expected.friction > 0) context.projection.add_friction(expected.friction, context.solution);
+  if (expected.drive) add_joint_drive(bodies, *expected.drive, expected.seconds, context.solution);
   context.projection.project(context.solution);
   follow_twists(bodies.bound, context.solution.linear, context.solution.angular, context.solution.particle);
   return context.solution.particle;
@@ -71,31 +90,92 @@ void find_change(World& world, StepContext& context, const PressureSettings& set
   if (share < 1) scale(share, scratch);
 }
 
-// Returns whether incompressible bodies rest, slide, or are pressed, and do not land: no one-ring is asked to
-// change faster than some speed times its surface. The speed is that of a fall of 200 steps, or a hundredth
-// of the one-ring's size per step.
-bool is_calm(const World& world, const StepContext& context) {
-  constexpr double max_falls = 200, max_share = 0.01;
-  const NodalVolumes& rings = world.bodies.nodal_volumes;
-  const double fall = max_falls * context.dt * world.gravity.norm();  // m/s
-  for (std::size_t i = 0; i < rings.size(); ++i) {
-    const double size = math::cbrt(rings.rest_volume(i));
-    if (std::abs(context.pressure.rate[i]) > std::max(fall, max_share * size / context.dt) * size * size)
-      return false;
-  }
-  return true;
+bool expects_impulses(const World& world) {
+  return keeps_volume_in_contact(world) && !world.settings.constraints_before_solve;
 }
 
-// Takes the answer of contacts and joints out of the change of velocities by pressures: the next stages give
-// it, as they do for other forces. Contact that is hidden in a projection has no friction, and a box slid
-// with two thirds of it. As bodies land, contact would give back more than it took, so that the answer stays.
+// Returns the speed (m/s) below which a body counts as resting, that of a fall of three steps.
+double slow_speed(const World& world, const StepContext& context) {
+  return 3 * context.dt * world.gravity.norm();
+}
+
+// Marks in context.rests the deformable bodies that begin the step at rest: no particle of theirs, and no
+// rigid body of their island, is faster than slow_speed(). Returns whether there are any.
+bool find_standing(const World& world, StepContext& context) {
+  const Bodies& bodies = world.bodies;
+  const double slow = slow_speed(world, context);
+  Islands& islands = context.calm;
+  islands.begin(bodies);
+  context.projection.join(islands);
+  islands.finish();
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
+    const RigidState& state = bodies.rigid.state[i];
+    const double size = bodies.rigid.properties[i].shape.min_size();
+    if (islands.is_searched_rigid(i) &&
+        !(state.velocity.norm() + size * state.angular_velocity.norm() <= slow))
+      islands.leave(as_index(islands.of_rigid(i)));
+  }
+  bool any = false;
+  context.rests.resize(bodies.deformable.size());
+  for (std::size_t d = 0; d < context.rests.size(); ++d) {
+    const DeformableBody& body = bodies.deformable[d];
+    bool rests =
+        expects_impulses(world) && islands.is_searched(as_index(islands.of_particle(body.first_particle)));
+    if (rests)
+      for_each_particle(body, [&](std::size_t p) { rests &= context.v_n.particle[p].norm() <= slow; });
+    context.rests[d] = rests;
+    any |= rests;
+  }
+  return any;
+}
+
+// Marks in context.calm the islands of context.projection in which incompressible bodies rest, slide, or are
+// pressed, and do not land. In these, no one-ring has to change faster than a speed times its surface with
+// all that is expected, pressures included: context.pressure.residual. The speed is slow_speed(), or 1e-4 of
+// its size per step, or a fifth of that without the pressures, which are context.pressure.rate. If nothing is
+// expected, the rate must be below a fall of 200 steps, or a hundredth of the size. In the order of
+// constraints before the solve no island is calm.
+void find_calm_islands(const World& world, StepContext& context) {
+  constexpr double max_of_load = 0.2;
+  const bool knows = expects_impulses(world);
+  const NodalVolumes& rings = world.bodies.nodal_volumes;
+  const std::vector<double>&all = context.pressure.rate, &left = knows ? context.pressure.residual : all;
+  const double slow = knows ? slow_speed(world, context) : 200 * context.dt * world.gravity.norm();
+  const double max_share = knows ? 1e-4 : 0.01;
+  Islands& calm = context.calm;
+  calm.begin(world.bodies);
+  context.projection.join(calm);
+  calm.finish();
+  for (std::size_t i = 0; i < rings.size(); ++i) {
+    const double size = math::cbrt(rings.rest_volume(i));
+    const double bound = std::max(slow, max_share * size / context.dt) * size * size,
+                 of_load = knows ? max_of_load * std::abs(all[i]) : 0;
+    if (!world.settings.constraints_before_solve && std::abs(left[i]) <= std::max(bound, of_load)) continue;
+    const std::size_t island = as_index(calm.of_particle(rings.particle(i)));
+    if (calm.is_searched(island)) calm.leave(island);
+  }
+}
+
+// Takes the answer of contacts and joints out of the change of velocities by pressures in calm islands: the
+// next stages give it, as they do for other forces. Contact that is hidden in a projection has no friction,
+// and a box slid with two thirds of it. As bodies land, contact would give back more than it took, so that
+// the answer stays.
 void leave_answer_to_contact(const World& world, StepContext& context) {
+  if (context.calm.searched() == 0) return;
   PressureScratch& scratch = context.pressure;
-  if (world.settings.constraints_before_solve || !is_calm(world, context)) return;
-  pressure_change(world.bodies, scratch.pressure, scratch.held_impulse, scratch.change);
-  if (!world.bodies.bound.empty()) return;
-  for (std::vector<Vec3>* values : {&scratch.change.linear, &scratch.change.angular})
-    std::fill(values->begin(), values->end(), Vec3::Zero());
+  GeneralizedVelocity &change = scratch.change, &alone = scratch.alone;
+  alone.particle.assign(change.particle.size(), Vec3::Zero());
+  alone.linear.assign(change.linear.size(), Vec3::Zero());
+  alone.angular.assign(change.angular.size(), Vec3::Zero());
+  pressure_change(world.bodies, scratch.pressure, scratch.held_impulse, alone);
+  for (std::size_t p = 0; p < change.particle.size(); ++p)
+    if (context.calm.is_searched(as_index(context.calm.of_particle(static_cast<int>(p)))))
+      change.particle[p] = alone.particle[p];
+  for (std::size_t i = 0; i < change.linear.size(); ++i) {
+    if (!context.calm.is_searched_rigid(i)) continue;
+    change.linear[i] = alone.linear[i];
+    change.angular[i] = alone.angular[i];
+  }
 }
 
 // Adds the changes of context.pressure to the velocities of all bodies.
@@ -117,13 +197,13 @@ void change_velocities(World& world, StepContext& context) {
 
 // Sets context.pressure.rate (m^3/s) to the changes of rates that bring one-rings to their rest volumes in a
 // step, at most by `max_correction` of these. Linearizes the one-rings at the positions now; the velocities
-// are those under context.projection.
-void find_rates_to_rest_volumes(World& world, StepContext& context) {
+// are those under context.projection, with the `expected` impulses.
+void find_rates_to_rest_volumes(World& world, StepContext& context, const Expected& expected = {}) {
   Bodies& bodies = world.bodies;
   NodalVolumes& rings = bodies.nodal_volumes;
   rings.linearize(bodies.particles.x);
   std::vector<double>& rate = context.pressure.rate;
-  rings.divergence(velocities_in_contact(bodies, context), rate);
+  rings.divergence(velocities_in_contact(world, context, expected), rate);
   for (std::size_t i = 0; i < rings.size(); ++i) {
     // Flattened one-rings have less surface to push on: they are corrected by less, so that the displacements
     // of their particles stay bounded.
@@ -166,13 +246,46 @@ template <class FindRates>
 bool project_contacts(World& world, StepContext& context, FindRates&& find_rates) {
   context.pressure.rate.assign(world.bodies.nodal_volumes.size(), 0.0);
   find_resting(world, context);
-  project_active_contacts(world, context, context.rests);
+  project_active_contacts(world, context, {&context.rests});
   if (context.projection.empty()) return false;
   find_rates();
   if (find_resting(world, context)) return true;
-  project_active_contacts(world, context, context.rests);
+  project_active_contacts(world, context, {&context.rests});
   find_rates();
   return true;
+}
+
+// Makes context.projection that of the contacts of the last step, with the tangents of sticking ones for
+// bodies that begin the step at rest.
+void project_last_contacts(World& world, StepContext& context) {
+  const ArticulatedResponse* linked =
+      context.articulated_response.prepare(world.bodies, context.joints, context.contact_cache);
+  const auto project = [&](const StickingBodies& sticking) {
+    context.projection.build(world.bodies, context.contact_cache, context.dt,
+                             world.settings.projection_sweeps, linked, {}, sticking);
+  };
+  project({});
+  if (!context.projection.empty() && find_standing(world, context))
+    project({&context.rests, turned_cone_share});
+  if (!world.has(Effect::articulation)) return;
+  context.joints.prepare_projection(world.bodies.rigid);
+  context.projection.add_joints(context.joints);
+}
+
+// Finds the calm islands, and the rates that pressures are to change with what is `expected` in them.
+template <class FindRates>
+void find_expected_rates(World& world, StepContext& context, Expected expected, FindRates&& find_rates) {
+  PressureScratch& scratch = context.pressure;
+  if (!expects_impulses(world)) {
+    find_rates({});
+    return find_calm_islands(world, context);
+  }
+  find_rates(expected);
+  scratch.residual = scratch.rate;
+  expected.pressures = false;
+  find_rates(expected);
+  find_calm_islands(world, context);
+  if (context.calm.searched() == 0) find_rates({});
 }
 
 // Returns the settings for pressures that act on v^{n+1}: tighter than those of the volume correction, whose
@@ -189,12 +302,11 @@ PressureSettings velocity_settings(const World& world) {
 // I.2. The contacts of this step are not known yet, so that the pressures take account of those of the last
 // step.
 void correct_volume(World& world, StepContext& context) {
-  context.projection.build(world.bodies, context.contact_cache, context.dt, world.settings.projection_sweeps);
-  if (world.has(Effect::articulation) && !world.bodies.bound.empty()) {  // jointed bones move together
-    context.joints.prepare_projection(world.bodies.rigid);
-    context.projection.add_joints(context.joints);
-  }
-  find_rates_to_rest_volumes(world, context);
+  project_last_contacts(world, context);
+  // The impulses of context.projection are those of a whole step, the velocities those of half a step.
+  find_expected_rates(
+      world, context, {0.5, &context.joint_drive_n, context.dt / 2, true},
+      [&](const Expected& expected) { find_rates_to_rest_volumes(world, context, expected); });
   find_change(world, context, world.settings.pressure);
   leave_answer_to_contact(world, context);
   change_velocities(world, context);
@@ -226,8 +338,14 @@ void make_incompressible(World& world, StepContext& context) {
   NodalVolumes& rings = bodies.nodal_volumes;
   std::vector<double>& rate = context.pressure.rate;
   follow_bodies(bodies.rigid, bodies.bound, bodies.particles);
-  rings.divergence_at(bodies.particles.x, velocities_in_contact(bodies, context), rate);
-  for (double& r : rate) r = -r;
+  if (!context.projection.empty() && find_standing(world, context))
+    project_active_contacts(world, context, {&context.rests, turned_cone_share});
+  // The impulses of context.projection are those of half a step.
+  find_expected_rates(
+      world, context, {2, &context.joint_drive, context.dt, true}, [&](const Expected& expected) {
+        rings.divergence_at(bodies.particles.x, velocities_in_contact(world, context, expected), rate);
+        for (double& r : rate) r = -r;
+      });
   rings.linearize(context.x_half);
   {
     const AtMiddle at_middle(world);
@@ -251,7 +369,7 @@ void keep_volume(World& world, StepContext& context) {
   rings.linearize(bodies.particles.x);
   const auto find_rates = [&] {
     std::vector<double>& rate = context.pressure.rate;
-    rings.divergence(velocities_in_contact(bodies, context), rate);
+    rings.divergence(velocities_in_contact(world, context, {}), rate);
     for (double& r : rate) r = -r;
   };
   if (!project_contacts(world, context, find_rates)) return;

@@ -138,9 +138,8 @@ bool is_solved(const StepContext& context, const Bodies& bodies, const ContactPa
 const ArticulatedResponse* link_active_contacts(World& world, StepContext& context);
 /// Makes context.projection that of the contacts that hold an impulse, of self-repulsions and of joints.
 ///
-/// For the deformable bodies that `rests` marks, contacts that stick are held along their tangents too; see
-/// ContactProjection::build.
-void project_active_contacts(World& world, StepContext& context, const std::vector<char>& rests = {});
+/// Contacts of `sticking` bodies that stick are held along their tangents too; see ContactProjection::build.
+void project_active_contacts(World& world, StepContext& context, const StickingBodies& sticking = {});
 
 /// Sets context.force to gravity and the elastic forces (N) at the positions now.
 ///

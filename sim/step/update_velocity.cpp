@@ -5,10 +5,10 @@
 
 namespace duet {
 
-void project_active_contacts(World& world, StepContext& context, const std::vector<char>& rests) {
+void project_active_contacts(World& world, StepContext& context, const StickingBodies& sticking) {
   context.projection.build(world.bodies, context.contacts, context.graph, world.settings.projection_sweeps,
                            world.has(Effect::self_repulsion) ? &context.self_repulsion : nullptr,
-                           link_active_contacts(world, context), rests);
+                           link_active_contacts(world, context), sticking);
   if (!world.has(Effect::articulation)) return;
   context.joints.prepare_projection(world.bodies.rigid);
   context.projection.add_joints(context.joints);

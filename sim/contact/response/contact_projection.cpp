@@ -37,12 +37,10 @@ void ContactProjection::begin(const Bodies& bodies, int sweeps, const Articulate
 
 namespace {
 
-// Returns whether the friction impulse (N s) of a contact is strictly within its cone.
-bool sticks(const ContactPoint& contact, const Vec3& friction) {
-  constexpr double rounding =
-      1e-6;  // distance from the cone, relative, within which a contact counts as on it
+// Returns whether the friction impulse (N s) of a contact uses less than `share` of its cone.
+bool sticks(const ContactPoint& contact, const Vec3& friction, double share) {
   const double most = contact.friction * contact.impulse.dot(contact.normal);
-  return friction.norm() < (1 - rounding) * most;
+  return friction.norm() < share * most;
 }
 
 // Returns the velocity along its normal that a row is projected to, m/s.
@@ -53,7 +51,7 @@ double target_of(const Row& row, ProjectTo goal) {
 
 }  // namespace
 
-void ContactProjection::add(const ContactPoint& contact, StickingRows rows) {
+void ContactProjection::add(const ContactPoint& contact, StickingRows rows, double cone_share) {
   Row row;
   row.host = contact.host;
   row.guest_rigid = contact.guest_rigid;
@@ -67,7 +65,7 @@ void ContactProjection::add(const ContactPoint& contact, StickingRows rows) {
   const bool is_held = !contact.is_rigid_pair() && row.point.inverse_mass == 0;
   held_ = held_ || is_held;
   add_row(row, contact, is_held);
-  if (rows == StickingRows::normal || !sticks(contact, row.friction)) return;
+  if (rows == StickingRows::normal || !sticks(contact, row.friction, cone_share)) return;
   row.friction.setZero();
   row.normal = contact.normal.unitOrthogonal();
   add_row(row, contact, is_held);
@@ -100,24 +98,25 @@ void ContactProjection::factor_blocks() {
 
 void ContactProjection::build(const Bodies& bodies, const ContactSet& contacts, const ContactGraph& graph,
                               int sweeps, SelfRepulsion* repulsions, const ArticulatedResponse* linked,
-                              const std::vector<char>& rests) {
+                              const StickingBodies& sticking) {
   begin(bodies, sweeps, linked);
   repulsions_ = repulsions;
   for (int p : graph.schedule.order()) {
     const ContactPair& pair = contacts.pairs[as_index(p)];
-    const bool rests_now =
-        !rests.empty() && pair.guest_deformable >= 0 && rests[as_index(pair.guest_deformable)];
-    const StickingRows rows = rests_now ? StickingRows::normal_and_tangents : StickingRows::normal;
+    const bool rests = sticking.rests && !sticking.rests->empty() && pair.guest_deformable >= 0 &&
+                       (*sticking.rests)[as_index(pair.guest_deformable)];
+    const StickingRows rows = rests ? StickingRows::normal_and_tangents : StickingRows::normal;
     for (int i = pair.begin; i < pair.end; ++i) {
       const ContactPoint& contact = contacts.points[as_index(i)];
-      if (!contact.impulse.isZero(0)) add(contact, rows);
+      if (!contact.impulse.isZero(0)) add(contact, rows, sticking.cone_share);
     }
   }
   factor_blocks();
 }
 
 void ContactProjection::build(const Bodies& bodies, const ContactCache& memory, double duration, int sweeps,
-                              const ArticulatedResponse* linked, const std::vector<char>& left_out) {
+                              const ArticulatedResponse* linked, const std::vector<char>& left_out,
+                              const StickingBodies& sticking) {
   begin(bodies, sweeps, linked);
   ContactPoint contact;
   for (const CachedContact& remembered : memory) {
@@ -126,13 +125,17 @@ void ContactProjection::build(const Bodies& bodies, const ContactCache& memory, 
     contact.feature = remembered.feature;
     contact.edge = remembered.edge;
     if (contact.is_on_edge() && !contact.is_rigid_pair()) put_on_surface(bodies, contact);
-    if (!left_out.empty() && !contact.is_rigid_pair() &&
-        left_out[body_of(bodies, surface_point(bodies, contact).particle[0])])
-      continue;
+    const auto is_marked = [&](const std::vector<char>& deformable) {
+      return !deformable.empty() && !contact.is_rigid_pair() &&
+             deformable[body_of(bodies, surface_point(bodies, contact).particle[0])];
+    };
+    if (is_marked(left_out)) continue;
     update_geometry(bodies, contact);
     if (linked && linked->takes_part(contact)) contact.response = linked->response(contact, bodies);
     contact.impulse = duration / remembered.duration * remembered.impulse;
-    add(contact, StickingRows::normal);
+    contact.friction = bodies.rigid.properties[as_index(contact.host)].friction;
+    const bool rests = sticking.rests && is_marked(*sticking.rests);
+    add(contact, rests ? StickingRows::normal_and_tangents : StickingRows::normal, sticking.cone_share);
   }
   factor_blocks();
 }

@@ -14,6 +14,15 @@
 
 namespace duet {
 
+/// The bodies whose sticking contacts a projection holds along their tangents, too.
+struct StickingBodies {
+  const std::vector<char>* rests = nullptr;  ///< Per deformable body, whether it is one; null: none is.
+  /// Largest fraction of its friction cone that the impulse of a contact that sticks may use. The default
+  /// leaves room for rounding. If normals have turned since the impulses were found, ones that slide seem to
+  /// be within the cone.
+  double cone_share = 1 - 1e-6;
+};
+
 /// A projection of generalized velocities onto those that satisfy constraints: touching points have no normal
 /// relative velocity, joints hold, and near surfaces do not approach. It works by impulses that are equal and
 /// opposite at one place, so that momentum is kept. Sweeps go forward and then backward, so that the operator
@@ -27,17 +36,17 @@ class ContactProjection {
   /// Takes the contacts of `graph` that hold an impulse, with their present normals, arms and responses, and
   /// the pairs of `repulsions` (or null), which are innermost in each sweep. `sweeps` is the number of sweeps
   /// to and fro of one projection. `linked` is the articulated response that prepared the contacts, or null.
-  /// `rests` has an entry for every deformable body, or is empty: the contacts of marked bodies that stick
-  /// have rows along both tangents, too.
+  /// `sticking` says which contacts have rows along both tangents, too.
   void build(const Bodies& bodies, const ContactSet& contacts, const ContactGraph& graph, int sweeps,
              SelfRepulsion* repulsions = nullptr, const ArticulatedResponse* linked = nullptr,
-             const std::vector<char>& rests = {});
+             const StickingBodies& sticking = {});
   /// Takes the cached contacts of the last step, with the geometry of the present positions. Their impulses
   /// are scaled to `duration` (s). `left_out` has an entry for every deformable body, or is empty: the
   /// contacts of marked bodies are left out. `linked` must be what ArticulatedResponse::prepare() returned
-  /// for `memory`.
+  /// for `memory`. `sticking` is as above, with the friction of the bodies.
   void build(const Bodies& bodies, const ContactCache& memory, double duration, int sweeps,
-             const ArticulatedResponse* linked = nullptr, const std::vector<char>& left_out = {});
+             const ArticulatedResponse* linked = nullptr, const std::vector<char>& left_out = {},
+             const StickingBodies& sticking = {});
   /// Takes no contact, so that only joints are projected, if add_joints() follows.
   void build(const Bodies& bodies);
   /// Adds joints as constraints until the next build. They are kept exactly. `joints` must have been prepared
@@ -117,8 +126,8 @@ class ContactProjection {
     normal,               // one along its normal, as other contacts have
     normal_and_tangents,  // two along its tangents as well
   };
-  // Adds the rows of a contact.
-  void add(const ContactPoint& contact, StickingRows rows);
+  // Adds the rows of a contact. `cone_share` is that of StickingBodies.
+  void add(const ContactPoint& contact, StickingRows rows, double cone_share);
   // Adds `row`, which is along row.normal, to a block or as a single row. `is_held`: no particle of the guest
   // can move.
   void add_row(Row& row, const ContactPoint& contact, bool is_held);
