@@ -278,16 +278,6 @@ TEST(Explain, WarnsOfWhatTheUserShouldKnow) {
   ASSERT_EQ(found.size(), 1u);
   EXPECT_NE(found[0].find("100.1:1"), std::string::npos) << found[0];
 
-  Scene pressed = scene_with(2, 0, 1, false);
-  pressed.joints.emplace_back();
-  EXPECT_TRUE(warnings(pressed, {}, sizes_of_two()).empty());
-  pressed.deformable[0].incompressible = true;
-  found = warnings(pressed, {}, sizes_of_two());
-  ASSERT_EQ(found.size(), 1u);
-  EXPECT_NE(found[0].find("implicit"), std::string::npos) << found[0];
-  pressed.solver.integration = Integration::implicit;
-  EXPECT_TRUE(warnings(pressed, {}, sizes_of_two()).empty());
-
   Scene before = scene_with(1, 0, 1, true);
   before.solver.velocity_constraints = VelocityConstraints::before_solve;
   EXPECT_TRUE(warnings(before, {}, sizes_of_two()).empty());
