@@ -100,8 +100,10 @@ double update_rotation(Bodies& bodies, ArticulatedResponse* linked, const Contac
 double update_pair(Bodies& bodies, ArticulatedResponse* linked, const ContactSolveSettings& settings,
                    ContactSet& contacts, ContactPair& pair) {
   double first = 0;
-  if (pair.patches > 0 && contacts.points[as_index(pair.begin)].friction > 0)
+  if (pair.patches > 0 && contacts.points[as_index(pair.begin)].friction > 0) {
+    if (linked) load_evenly(bodies, *linked, settings.tolerance, pair, contacts);
     spread_evenly(bodies, settings.tolerance, pair, contacts);
+  }
   const bool apart = pair.guest_rigid < 0 && !bodies.rigid.properties[as_index(pair.host)].is_dynamic();
   const int repeats = apart ? std::min(settings.repeats, soft_repeats) : settings.repeats;
   for (int repeat = 0; repeat < repeats; ++repeat) {

@@ -1,7 +1,9 @@
 #include "sim/contact/response/even_pressure.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <span>
 
 namespace duet {
@@ -14,7 +16,16 @@ constexpr double beside =
 // Friction over the largest possible one, beyond which a face counts as sliding.
 constexpr double sliding = 0.9;
 constexpr double rounding = 1e-12;  // largest pull that counts as zero, over the load
+// Least response of a patch to its load under the joints, over that of separate bodies, that is taken for
+// more than rounding.
+constexpr double min_response = 1e-6;
 constexpr int max_rounds = 8;       // rounds of dropping points that would have to pull, at most
+
+// Returns whether a point touches: it holds an impulse, or its velocity exceeds its target by rounding.
+bool touches(const Bodies& bodies, const ContactPoint& point, double tolerance) {
+  return !point.impulse.isZero(0) ||
+         !(relative_velocity(bodies, point).dot(point.normal) > point.target + tolerance * point.precision);
+}
 
 // One patch of a pair. All its quantities are in the plane of its first point.
 class Patch {
@@ -54,9 +65,7 @@ class Patch {
     for (ContactPoint& point : points_) {
       if (point.patch != number_) continue;
       point.takes_part = false;
-      if (point.impulse.isZero(0) &&
-          relative_velocity(bodies_, point).dot(point.normal) > point.target + tolerance * point.precision)
-        continue;
+      if (!touches(bodies_, point, tolerance)) continue;
       if (!first) {
         first = &point;
         normal_ = point.normal;
@@ -145,12 +154,76 @@ class Patch {
   bool pulling_ = false;           // true if a point would have to pull
 };
 
+// Applies a `wrench` (N s, and N m s about the center of mass) to one rigid body without joints.
+void apply_wrench(RigidState& state, const RigidProperties& properties, const Vec6& wrench) {
+  apply_impulse(state, properties, Vec3::Zero(), wrench.head<3>());
+  apply_angular_impulse(state, properties, wrench.tail<3>());
+}
+
+// Updates the load of patch `number` of a pair as a whole.
+void load_patch(Bodies& bodies, ArticulatedResponse& linked, double tolerance, const ContactPair& pair,
+                int number, std::span<ContactPoint> points) {
+  RigidBodies& rigid = bodies.rigid;
+  const std::array<int, 2> body{pair.host, pair.guest_rigid};
+  std::array<Vec6, 2> wrench{Vec6::Zero(), Vec6::Zero()};  // on the two bodies, for the load y = 1
+  double missing = 0, least = -std::numeric_limits<double>::infinity();
+  int count = 0;
+  for (ContactPoint& point : points) {
+    point.takes_part = point.patch == number && point.share > 0 && touches(bodies, point, tolerance);
+    if (!point.takes_part) continue;
+    ++count;
+    missing += point.share * (point.target - relative_velocity(bodies, point).dot(point.normal));
+    least = std::max(least, -point.impulse.dot(point.normal) / point.share);
+    const Vec3 push = point.share * point.normal;
+    for (std::size_t k = 0; k < 2; ++k)
+      wrench[k] += body[k] == point.guest_rigid ? wrench_of(point.guest_arm, push)
+                                                : wrench_of(point.host_arm, -push);
+  }
+  if (count < 2) return;
+  const auto alone = [&](std::size_t k) {  // the twist of a body without its joints
+    const auto b = as_index(body[k]);
+    Vec6 twist;
+    twist.head<3>() = rigid.properties[b].inverse_mass * wrench[k].head<3>();
+    twist.tail<3>() = rigid.state[b].inverse_inertia * wrench[k].tail<3>();
+    return twist;
+  };
+  double response = 0, separate = 0;
+  for (std::size_t k = 0; k < 2; ++k) {
+    const double own = wrench[k].dot(alone(k));
+    separate += own;
+    response +=
+        linked.contains(body[k]) ? wrench[k].dot(linked.response_of(body[k], body[k]) * wrench[k]) : own;
+  }
+  if (linked.contains(body[0]) && linked.contains(body[1]))
+    response += 2 * wrench[0].dot(linked.response_of(body[0], body[1]) * wrench[1]);
+  if (!(response > min_response * separate)) return;
+  const double load = std::max(missing / response, least);
+  for (ContactPoint& point : points)
+    if (point.takes_part) point.impulse += load * point.share * point.normal;
+  for (std::size_t k = 0; k < 2; ++k) {
+    const auto b = as_index(body[k]);
+    if (linked.contains(body[k]))
+      linked.push(rigid, body[k], load * wrench[k]);
+    else
+      apply_wrench(rigid.state[b], rigid.properties[b], load * wrench[k]);
+  }
+}
+
 }  // namespace
 
 void spread_evenly(const Bodies& bodies, double tolerance, const ContactPair& pair, ContactSet& contacts) {
   const std::span<ContactPoint> points(contacts.points.data() + pair.begin,
                                        contacts.points.data() + pair.end);
   for (int number = 0; number < pair.patches; ++number) Patch(bodies, number, points).spread(tolerance);
+}
+
+void load_evenly(Bodies& bodies, ArticulatedResponse& linked, double tolerance, const ContactPair& pair,
+                 ContactSet& contacts) {
+  if (!linked.contains(pair.host) && !linked.contains(pair.guest_rigid)) return;
+  const std::span<ContactPoint> points(contacts.points.data() + pair.begin,
+                                       contacts.points.data() + pair.end);
+  for (int number = 0; number < pair.patches; ++number)
+    load_patch(bodies, linked, tolerance, pair, number, points);
 }
 
 }  // namespace duet

@@ -1,7 +1,7 @@
 // Distribution of the load of a flat contact over its points.
 #pragma once
 
-#include "sim/contact/detection/contact_point.h"
+#include "sim/contact/response/articulated_response.h"
 
 namespace duet {
 
@@ -18,5 +18,18 @@ namespace duet {
 /// and velocities. Leaves patches of fewer than four touching points alone, and patches that stick: their
 /// distribution does not matter, and bodies that have come to rest are not stirred up.
 void spread_evenly(const Bodies& bodies, double tolerance, const ContactPair& pair, ContactSet& contacts);
+
+/// Updates the load of each patch of a pair as a whole, before those of its points:
+///   p_i <- p_i + y share_i / sum of the shares,  p_i >= 0,
+/// with the y that gives the mean normal velocity of the patch the mean of its targets.
+///
+/// A body that a joint keeps from turning moves alike wherever its face is pressed. If its points were
+/// updated one by one, the first of them would take the whole load, and friction would act there: a gripper
+/// whose fingers slide on prismatic joints would hold a body by two points, about which it turns and slips.
+///
+/// Takes the same points as spread_evenly(), and patches of two points or more. Changes impulses and
+/// velocities. Leaves patches alone that neither body of a jointed group belongs to.
+void load_evenly(Bodies& bodies, ArticulatedResponse& linked, double tolerance, const ContactPair& pair,
+                 ContactSet& contacts);
 
 }  // namespace duet
