@@ -61,9 +61,16 @@ Vec3 turning_axis(const Joint& joint, const JointFrames& frames, int axis) {
   return (of_child ? frames.child_axes : frames.parent_axes) * unit(axis);
 }
 
+// Returns one of the two world directions across the line of a taut chain, which turns with the parent.
+Vec3 bending_axis(const Joint& joint, const JointRow& row, const JointFrames& frames) {
+  const Vec3 across_line = joint.parent_line.unitOrthogonal();
+  return frames.parent_axes * (row.axis == 0 ? across_line : Vec3(joint.parent_line.cross(across_line)));
+}
+
 // Returns the world direction of a rotation row, by which relative angular velocity is measured.
 Vec3 turning_direction(const Joint& joint, const JointRow& row, const JointFrames& frames,
                        const Quat& reference) {
+  if (row.motion == RowMotion::bend) return bending_axis(joint, row, frames);
   if (row.motion == RowMotion::swing) {
     const Vec3 from = frames.parent_axes * unit(0), to = frames.child_axes * unit(0);
     const Vec3 axis = from.cross(to);
@@ -98,6 +105,8 @@ std::vector<JointRow> rows_of(const Joint& joint) {
   };
   for (const int axis : fixed_travels(joint.kind)) add(RowRole::structure, RowMotion::travel, axis);
   for (const int axis : fixed_turns(joint.kind)) add(RowRole::structure, RowMotion::turn, axis);
+  if (joint.is_taut())
+    for (const int axis : {0, 1}) add(RowRole::structure, RowMotion::bend, axis);
   const JointControl& control = joint.control;
   const bool controls_travel = control.on && joint.kind == JointKind::prismatic;
   if (controls_travel) add(RowRole::control, RowMotion::travel, 0);
@@ -169,6 +178,10 @@ double structure_error(const Joint& joint, const JointRow& row, const JointFrame
   if (row.motion == RowMotion::travel)
     return travels(joint.kind) ? frames.gap().dot(frames.parent_axes * unit(row.axis))
                                : frames.gap()[row.axis];
+  if (row.motion == RowMotion::bend)
+    return (frames.parent_axes * joint.parent_line)
+        .cross(frames.child_axes * joint.child_line)
+        .dot(bending_axis(joint, row, frames));
   if (row.axis == across) return (frames.parent_axes * unit(0)).dot(frames.child_axes * unit(1));
   const Quat relative = frames.relative();
   const double sign = relative.dot(reference) < 0 ? -1 : 1;

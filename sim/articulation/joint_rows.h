@@ -18,7 +18,8 @@ enum class RowRole {
 enum class RowMotion {
   travel,  ///< translation along a direction
   turn,    ///< rotation about an axis
-  swing    ///< rotation that changes the angle between the x axes
+  swing,   ///< rotation that changes the angle between the x axes
+  bend     ///< rotation across the line of a taut chain
 };
 
 /// A scalar constraint on the relative velocity of a joint's bodies:
@@ -36,7 +37,7 @@ struct JointRow {
   /// Axis of the joint frame: 0, 1, 2 for x, y, z.
   ///
   /// 3 marks the rotation row of a universal joint, which keeps the parent's x and the child's y at right
-  /// angles.
+  /// angles. For RowMotion::bend it is 0 or 1, for the two directions across the line.
   int axis = 0;
   /// Side of a limit row: 1 keeps the value above the lower bound, -1 below the upper bound.
   double side = 1;

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "sim/articulation/taut_chains.h"
 #include "sim/base/elementary.h"
 #include "sim/base/error.h"
 #include "sim/contact/detection/facing.h"
@@ -458,6 +459,7 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
   remove_hidden_samples(bodies);
   if (plan[index(Effect::articulation)]) {
     add_joints(scene, plan, frames, bodies);
+    find_taut_chains(bodies.articulation, bodies.rigid);
     bodies.linked = linked_bodies(bodies);
     world.context.joints.analyze(bodies.articulation, bodies.rigid);
     world.context.free_motion.analyze(bodies.articulation, bodies.rigid);
