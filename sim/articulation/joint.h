@@ -81,9 +81,8 @@ struct Joint {
   Bounds travel;  ///< m, limits of the travel along x; read if travels() holds
   /// Coulomb friction of each free motion that is not controlled: N m about, and N along its axis.
   double friction = 0;
-  /// Unit directions of the taut chain that the joint belongs to, in the parent's and the child's joint frame;
-  /// zero: none. See find_taut_chains().
-  Vec3 parent_line = Vec3::Zero(), child_line = Vec3::Zero();
+  Vec3 parent_line = Vec3::Zero(),  ///< unit line of its taut chain in the parent's joint frame; zero: none
+      child_line = Vec3::Zero();    ///< unit line of its taut chain in the child's joint frame; zero: none
   /// Returns whether the joint belongs to a taut chain, so that it cannot bend out of its line.
   bool is_taut() const { return !parent_line.isZero(0); }
   bool collides = false;  ///< true if parent and child can collide with each other

@@ -77,8 +77,8 @@ class PinGraph {
       }
   }
 
-  // Returns the loop that `link` of `part` closes: up from its other end to the part that both ends share, and
-  // down to `part`.
+  // Returns the loop that `link` of `part` closes: up from its other end to the part that both ends share,
+  // and down to `part`.
   std::vector<Link> loop_of(int part, const Link& link) const {
     std::vector<Link> up{link}, down;
     for (int a = part, b = link.to; a != b;) {

@@ -16,10 +16,12 @@ namespace duet {
 /// These distances are constants, so that by the triangle inequality its pins stay on one line for ever: a
 /// bridge of planks that is as long as the distance of its anchors. The rows of the pins alone do not say so.
 /// Across the line they leave velocities free to first order, although no place can change, and loads would
-/// make these velocities grow without end. Joints with Joint::is_taut() have rows that keep the line straight.
+/// make these velocities grow without end.
+/// Joints with Joint::is_taut() have rows that keep the line straight.
 ///
-/// Static bodies count as one body, and so do bodies that welds connect. Of each loop of pins it looks at those
-/// that close with one joint a tree of the others. A joint of several taut chains has the line of the first.
+/// Static bodies count as one body, and so do bodies that welds connect. The function examines the loops that
+/// one pin closes together with a tree of shortest paths over other pins. A joint of several taut chains gets
+/// the line of the first.
 void find_taut_chains(Articulation& articulation, const RigidBodies& rigid);
 
 }  // namespace duet

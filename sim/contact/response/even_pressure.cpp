@@ -19,7 +19,7 @@ constexpr double rounding = 1e-12;  // largest pull that counts as zero, over th
 // Least response of a patch to its load under the joints, over that of separate bodies, that is taken for
 // more than rounding.
 constexpr double min_response = 1e-6;
-constexpr int max_rounds = 8;       // rounds of dropping points that would have to pull, at most
+constexpr int max_rounds = 8;  // rounds of dropping points that would have to pull, at most
 
 // Returns whether a point touches: it holds an impulse, or its velocity exceeds its target by rounding.
 bool touches(const Bodies& bodies, const ContactPoint& point, double tolerance) {
@@ -176,8 +176,8 @@ void load_patch(Bodies& bodies, ArticulatedResponse& linked, double tolerance, c
     least = std::max(least, -point.impulse.dot(point.normal) / point.share);
     const Vec3 push = point.share * point.normal;
     for (std::size_t k = 0; k < 2; ++k)
-      wrench[k] += body[k] == point.guest_rigid ? wrench_of(point.guest_arm, push)
-                                                : wrench_of(point.host_arm, -push);
+      wrench[k] +=
+          body[k] == point.guest_rigid ? wrench_of(point.guest_arm, push) : wrench_of(point.host_arm, -push);
   }
   if (count < 2) return;
   const auto alone = [&](std::size_t k) {  // the twist of a body without its joints
@@ -219,7 +219,7 @@ void spread_evenly(const Bodies& bodies, double tolerance, const ContactPair& pa
 
 void load_evenly(Bodies& bodies, ArticulatedResponse& linked, double tolerance, const ContactPair& pair,
                  ContactSet& contacts) {
-  if (!linked.contains(pair.host) && !linked.contains(pair.guest_rigid)) return;
+  if (pair.guest_rigid < 0 || (!linked.contains(pair.host) && !linked.contains(pair.guest_rigid))) return;
   const std::span<ContactPoint> points(contacts.points.data() + pair.begin,
                                        contacts.points.data() + pair.end);
   for (int number = 0; number < pair.patches; ++number)
