@@ -56,17 +56,17 @@ TEST(DrivenGrip, HoldsWhatFrictionCanHold) {
                            fmt::format("slip with {} kg and {}, m", mass, used));
 }
 
-// A cube that needs a tenth more than the friction falls by (1 - 1/1.1) g t^2 / 2 in half a second, to a
-// tenth; a sliding face shares its load in other ways at first.
+// A cube that needs a quarter more than the friction falls by (1 - 1/1.25) g t^2 / 2 in half a second, to a
+// tenth, because it also turns a little.
 TEST(DrivenGrip, LetsGoOfWhatFrictionCannotHold) {
-  const double fall = (1 - 1 / 1.1) * 9.8 * 0.5 * 0.5 / 2;
+  const double fall = (1 - 1 / 1.25) * 9.8 * 0.5 * 0.5 / 2;
   for (const double mass : {1.0, 10.0}) {
-    const Vec3 moved = slip(grip(mass, load * 9.8 / (2 * friction * 1.1), Vec3(0, 0.3, 0)), 12);
+    const Vec3 moved = slip(grip(mass, load * 9.8 / (2 * friction * 1.25), Vec3(0, 0.3, 0)), 12);
     test::expect_below(std::abs(-moved.y() / fall - 1), 0.1, fmt::format("fall with {} kg, relative", mass));
   }
 }
 
-// A hand that rises by 0.6 m takes the cube along from the ground, to 2 mm and without a drift aside.
+// A hand that rises by 0.6 m takes the cube along from the ground, to 0.01 mm and without a drift aside.
 TEST(DrivenGrip, LiftsACubeFromTheGround) {
   scene::Scene scene = grip(1, 100, Vec3(0, 0.15, 0));
   scene.ground->height = 0;
@@ -75,8 +75,8 @@ TEST(DrivenGrip, LiftsACubeFromTheGround) {
   scene.rigid[0].motion.keyframes = {{0.2, Vec3(0, 0.6, 0), {}, false, {}},
                                      {1.1, Vec3(0, 1.2, 0), {}, false, {}}};
   const Vec3 moved = slip(scene, 48);
-  test::expect_below(std::abs(moved.y() - 0.6), 2e-3, "slip, m");
-  test::expect_below(std::max(std::abs(moved.x()), std::abs(moved.z())), 1e-4, "drift aside, m");
+  test::expect_below(std::abs(moved.y() - 0.6), 1e-5, "slip, m");
+  test::expect_below(std::max(std::abs(moved.x()), std::abs(moved.z())), 1e-5, "drift aside, m");
 }
 
 }  // namespace

@@ -28,7 +28,8 @@ void spread_evenly(const Bodies& bodies, double tolerance, const ContactPair& pa
 /// whose fingers slide on prismatic joints would hold a body by two points, about which it turns and slips.
 ///
 /// Takes the same points as spread_evenly(), and patches of two points or more. Changes impulses and
-/// velocities. Leaves patches alone that neither body of a jointed group belongs to.
+/// velocities. Leaves patches alone that neither body of a jointed group belongs to, and those that the
+/// joints leave less than half of their motion.
 void load_evenly(Bodies& bodies, ArticulatedResponse& linked, double tolerance, const ContactPair& pair,
                  ContactSet& contacts);
 
