@@ -1,7 +1,6 @@
 // The rows of control, friction and limits of joints as a velocity solve takes them, and what it gives back.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "sim/articulation/joint_solver.h"
 
@@ -30,19 +29,19 @@ void JointSolver::drive_rows(const Articulation& articulation, const RigidBodies
       if (geometry.role == RowRole::structure) continue;
       const Joint& joint = articulation.joints[j];
       const Bounds bounds = drive_bounds(joint, geometry.role, seconds);
-      const double target = drive_rate(joint, j, geometry, rigid, at, dt);
+      const double target = drive_rate(joint, j, r, rigid, at, dt);
       if (std::isinf(target) || (bounds.least == 0 && bounds.most == 0)) continue;
       rows.push_back({r, ends_[j].parent, ends_[j].child, geometry, target, bounds});
     }
 }
 
-double JointSolver::drive_rate(const Joint& joint, std::size_t j, const JointRow& row,
-                               const RigidBodies& rigid, RateAt at, double dt) const {
+double JointSolver::drive_rate(const Joint& joint, std::size_t j, std::size_t r, const RigidBodies& rigid,
+                               RateAt at, double dt) const {
+  const JointRow& row = rows_[r];
   const Pose &parent = rigid.state[ends_[j].parent].pose, &child = rigid.state[ends_[j].child].pose;
   if (row.role == RowRole::limit) {
     const double slack = limit_slack(joint, row, JointFrames(joint, parent, child));
-    if (at == RateAt::whole_step) return -slack / dt;
-    return is_at_limit(slack) ? 0 : -std::numeric_limits<double>::infinity();
+    return at == RateAt::whole_step ? limit_rate(slack, dt) : end_rate(r, slack);
   }
   const Vec3& rate = at == RateAt::whole_step ? rates_[j].mean : rates_[j].end;
   return wanted(row, rate, parent.orientation * joint.parent_frame.orientation);

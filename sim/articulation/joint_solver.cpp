@@ -18,8 +18,16 @@ constexpr double solved = 1e-11;
 // Largest number of rounds of Newton's method for velocities. A few are enough, because joints turn little in
 // a step.
 constexpr int max_rounds = 12;
-// Largest number of changes of the active set, which holds the bounded rows that are at a bound.
+// Largest number of changes of the active set, which holds the bounded rows that are at a bound, by clamping
+// all impulses that have left their bounds. Solves that converge need fewer; others go over to descend().
 constexpr int max_revisions = 10;
+// Largest number of changes of the active set in descend(). It needs about one for each row that changes
+// sides, 17 for a figure of nine joints with limits and friction; each costs one factorization.
+constexpr int max_descents = 200;
+// Compliance of rows with bounds on both sides in descend(), as a fraction of the diagonal of J M^-1 J^T: far
+// above the dependence of rows that BlockFactor drops (1e-10), so that friction yields to a limit about the
+// same axis, and so small that one more round of Newton's method removes its error.
+constexpr double compliance = 1e-8;
 // A limit counts as reached if less than this slack is left, m or rad. It is far above the error that
 // `solved` leaves of positions after a step; a larger value would stop joints visibly before their limits.
 constexpr double at_limit = 1e-9;
@@ -29,6 +37,9 @@ constexpr double release = 1e-9;
 // Largest error of positions at the end of a step that counts as fitting, m or rad. Larger errors are left to
 // assemble(); they are a tenth of the largest one that a step may leave (sim/step/articulate.cpp).
 constexpr double fitting = 1e-7;
+// Time in which a violated limit is approached again, s. A violation as fast as the step allows would be
+// removed at a velocity that grows as steps become shorter, and throw the bodies.
+constexpr double limit_return = 0.1;
 // Bounds of the energy that making positions fit may add to the velocities that keep the joints together: a
 // fraction of their energy, and over dt^2 a constant in J s^2, for frames that are a little apart at the
 // start. Larger corrections would whip bodies about; the velocities at x^n are made to fit instead.
@@ -69,7 +80,7 @@ void JointSolver::analyze(const Articulation& articulation, const RigidBodies& r
   system_.analyze(row_counts, {couplings.begin(), couplings.end()});
   reference_.resize(ends_.size());
   rates_.resize(ends_.size());
-  for (std::vector<double>* values : {&least_, &most_, &impulse_, &residual_})
+  for (std::vector<double>* values : {&least_, &most_, &impulse_, &residual_, &start_impulse_, &halfway_})
     values->assign(rows_.size(), 0);
   free_.assign(rows_.size(), 0);
   factored_ = free_;
@@ -142,6 +153,11 @@ void JointSolver::factor(const RigidBodies& rigid, double softness) {
     for (const std::size_t body : {ends_[j].parent, ends_[j].child})
       if (rigid.properties[body].is_dynamic())
         system_.diagonal(static_cast<int>(j)) += coupling(rigid, {j, j, body});
+  if (yields_)
+    for_each_row([&](std::size_t j, std::size_t r) {
+      const auto i = static_cast<Eigen::Index>(r - first_[j]);
+      if (std::isfinite(most_[r])) system_.diagonal(static_cast<int>(j))(i, i) *= 1 + compliance;
+    });
   for (const Shared& shared : shared_)
     system_.add_coupling(static_cast<int>(shared.joint), static_cast<int>(shared.other),
                          coupling(rigid, shared));
@@ -159,12 +175,16 @@ void JointSolver::free_structure_only() {
   }
 }
 
-void JointSolver::solve_free(RigidBodies& rigid) {
+void JointSolver::find_changes(const RigidBodies& rigid) {
   factor(rigid);
   for_each_row([&](std::size_t j, std::size_t r) {
     solution_[j](static_cast<Eigen::Index>(r - first_[j])) = free_[r] ? residual_[r] : 0;
   });
   system_.solve(solution_);
+}
+
+void JointSolver::solve_free(RigidBodies& rigid) {
+  find_changes(rigid);
   for_each_row([&](std::size_t j, std::size_t r) {
     if (!free_[r]) return;
     const double impulse = solution_[j](static_cast<Eigen::Index>(r - first_[j]));
@@ -188,41 +208,136 @@ bool JointSolver::revise_bounds(RigidBodies& rigid, Residual&& residual) {
       impulse_[r] = bounded;
       free_[r] = 0;
       changed = true;
-    } else if (least_[r] < most_[r]) {
-      const double lacking = residual(j, r);
-      if ((impulse_[r] <= least_[r] && lacking > release) ||
-          (impulse_[r] >= most_[r] && lacking < -release)) {
-        free_[r] = 1;
-        changed = true;
-      }
+    } else if (leads_back(j, r, residual)) {
+      free_[r] = 1;
+      changed = true;
     }
   });
   return changed;
 }
 
+template <class Residual>
+bool JointSolver::leads_back(std::size_t j, std::size_t r, Residual&& residual) const {
+  if (!(least_[r] < most_[r])) return false;
+  const double lacking = residual(j, r);
+  return (impulse_[r] <= least_[r] && lacking > release) || (impulse_[r] >= most_[r] && lacking < -release);
+}
+
+// Fills residual_ with the residuals of free rows, and returns the largest one.
+template <class Residual>
+double JointSolver::find_residuals(Residual&& residual) {
+  double largest = 0;
+  for_each_row([&](std::size_t j, std::size_t r) {
+    residual_[r] = free_[r] ? residual(j, r) : 0;
+    largest = std::max(largest, std::abs(residual_[r]));
+  });
+  return largest;
+}
+
+// Each round calls take() for the residuals in residual_; the rounds end if it returns false. Redundant rows
+// of loops may ask for what they cannot have; their residual stays, as rounding does.
+template <class Prepare, class Residual, class Take>
+double JointSolver::solve_rounds(Prepare&& prepare, Residual&& residual, Take&& take) {
+  double first = 0, before = infinite;
+  for (int round = 0; round < max_rounds; ++round) {
+    stop_if_asked();
+    prepare();
+    const double largest = find_residuals(residual);
+    if (round == 0) first = largest;
+    if (largest <= solved || !(largest < 0.5 * before)) break;
+    before = largest;
+    if (!take()) break;
+  }
+  prepare();
+  return first;
+}
+
 template <class Prepare, class Residual>
 double JointSolver::satisfy(RigidBodies& rigid, Prepare&& prepare, Residual&& residual) {
+  start_impulse_ = impulse_;
   double first = 0;
-  for (int revision = 0; revision <= max_revisions; ++revision) {
-    double before = infinite;
-    for (int round = 0; round < max_rounds; ++round) {
-      stop_if_asked();
-      prepare();
-      double largest = 0;
-      for_each_row([&](std::size_t j, std::size_t r) {
-        residual_[r] = free_[r] ? residual(j, r) : 0;
-        largest = std::max(largest, std::abs(residual_[r]));
-      });
-      if (revision == 0 && round == 0) first = largest;
-      // Redundant rows of loops may ask for what they cannot have; their residual stays, as rounding does.
-      if (largest <= solved || !(largest < 0.5 * before)) break;
-      before = largest;
+  bool changed = true;
+  for (int revision = 0; changed && revision <= max_revisions; ++revision) {
+    const double off = solve_rounds(prepare, residual, [&] {
       solve_free(rigid);
-    }
-    prepare();
-    if (!revise_bounds(rigid, residual)) break;
+      return true;
+    });
+    if (revision == 0) first = off;
+    changed = revise_bounds(rigid, residual);
   }
+  if (changed) descend(rigid, prepare, residual);
   return first;
+}
+
+bool JointSolver::step_to_bound(RigidBodies& rigid) {
+  find_changes(rigid);
+  const auto change = [&](std::size_t j, std::size_t r) {
+    return solution_[j](static_cast<Eigen::Index>(r - first_[j]));
+  };
+  const auto room = [&](std::size_t r, double d) { return (d > 0 ? most_[r] : least_[r]) - impulse_[r]; };
+  double fraction = 1;
+  for_each_row([&](std::size_t j, std::size_t r) {
+    const double d = change(j, r);
+    if (free_[r] && std::abs(room(r, d)) < fraction * std::abs(d)) fraction = room(r, d) / d;
+  });
+  bool is_blocked = false;
+  for_each_row([&](std::size_t j, std::size_t r) {
+    if (!free_[r]) return;
+    const double d = change(j, r), left = room(r, d);
+    double step = fraction * d;
+    if (fraction < 1 && d != 0 && std::abs(left) <= std::abs(step)) {
+      step = left;
+      free_[r] = 0;
+      is_blocked = true;
+    }
+    push(rigid, j, rows_[r], step);
+    impulse_[r] = free_[r] ? impulse_[r] + step : d > 0 ? most_[r] : least_[r];
+  });
+  return is_blocked;
+}
+
+// The impulses y minimize
+//
+//     f(y) = 1/2 y . S y - y . r,   S = J M^-1 J^T,   least <= y <= most
+//
+// for the residuals r without them. If all rows are to have velocity zero, f is the kinetic energy that the
+// impulses add. Clamping impulses that have left their bounds can raise f without bound where rows are nearly
+// dependent, as a limit of swing and two axes of friction: the limit keeps a huge impulse that friction would
+// have balanced. Here y stays within the bounds and f never rises, because each step ends at the first bound
+// that it meets (primal active-set method; Nocedal, Wright 2006, section 16.5). Rows with bounds on both
+// sides yield a little, so that the rows of S that may conflict are never dependent.
+template <class Prepare, class Residual>
+void JointSolver::descend(RigidBodies& rigid, Prepare&& prepare, Residual&& residual) {
+  for_each_row([&](std::size_t j, std::size_t r) {
+    push(rigid, j, rows_[r], start_impulse_[r] - impulse_[r]);
+    impulse_[r] = start_impulse_[r];
+    if (rows_[r].role != RowRole::structure) free_[r] = least_[r] < impulse_[r] && impulse_[r] < most_[r];
+  });
+  yields_ = true;
+  is_factored_ = false;
+  bool changed = true;
+  for (int step = 0; changed && step < max_descents; ++step) {
+    changed = false;
+    solve_rounds(prepare, residual, [&] {
+      changed = step_to_bound(rigid);
+      return !changed;
+    });
+    if (changed) continue;
+    for_each_row([&](std::size_t j, std::size_t r) {
+      if (free_[r] || !leads_back(j, r, residual)) return;
+      free_[r] = 1;
+      changed = true;
+    });
+  }
+  yields_ = false;
+  is_factored_ = false;
+  if (!changed) return;
+  // The steps were not enough: the structure rows hold in any case.
+  for_each_row([&](std::size_t, std::size_t r) { free_[r] = rows_[r].role == RowRole::structure; });
+  solve_rounds(prepare, residual, [&] {
+    solve_free(rigid);
+    return true;
+  });
 }
 
 double JointSolver::stabilize(RigidBodies& rigid) {
@@ -254,7 +369,28 @@ Bounds JointSolver::drive_bounds(const Joint& joint, RowRole role, double second
   return {-most, most};
 }
 
-bool JointSolver::is_at_limit(double slack) { return slack <= at_limit; }
+double JointSolver::halfway_limit(std::size_t r) const {
+  return rows_[r].role == RowRole::limit ? std::max(0.0, rows_[r].side * halfway_[r]) : 0;
+}
+
+double JointSolver::limit_rate(double slack, double dt) {
+  return -slack / (slack < 0 ? std::max(dt, limit_return) : dt);
+}
+
+// A limit that has acted in pre_stabilize() acts at the end as well if IV.2 or rounding has left it some
+// slack. Otherwise nothing would stop the velocities at the end, which would grow by the forces of every
+// step while the positions rest.
+double JointSolver::end_rate(std::size_t r, double slack) const {
+  if (slack <= at_limit) return 0;
+  return halfway_limit(r) > 0 ? -slack / dt_ : -infinite;
+}
+
+void JointSolver::start_limits() {
+  for_each_row([&](std::size_t, std::size_t r) {
+    const double impulse = halfway_limit(r);
+    if (impulse > 0) start_drive(r, impulse);
+  });
+}
 
 void JointSolver::plan_control(const Articulation& articulation, const RigidBodies& rigid, double time,
                                double dt, std::vector<double>& angle) {
@@ -293,45 +429,51 @@ double JointSolver::pre_stabilize(const Articulation& articulation, RigidBodies&
                                ? evolved_pose(rigid.state[body], dt, orientation)
                                : end_pose[body];
   };
+  const auto slack_now = [&](std::size_t j, std::size_t r) {
+    const Pose &parent = rigid.state[ends_[j].parent].pose, &child = rigid.state[ends_[j].child].pose;
+    const Joint& joint = articulation.joints[j];
+    return limit_slack(joint, rows_[r], JointFrames(joint, parent, child));
+  };
   const auto lacking = [&](std::size_t j, std::size_t r) {
     const Joint& joint = articulation.joints[j];
     const JointRow& row = rows_[r];
     if (row.role == RowRole::control || row.role == RowRole::friction)
       return wanted(row, rates_[j].mean, axes(j)) - row_velocity(rigid, j, row);
     const JointFrames frames(joint, predicted_[ends_[j].parent], predicted_[ends_[j].child]);
-    const double distance = row.role == RowRole::limit ? limit_slack(joint, row, frames)
-                                                       : structure_error(joint, row, frames, reference_[j]);
-    return -distance / dt;
+    if (row.role == RowRole::structure) return -structure_error(joint, row, frames, reference_[j]) / dt;
+    const double slack = slack_now(j, r), aim = slack < 0 ? slack + dt * limit_rate(slack, dt) : 0;
+    return (aim - limit_slack(joint, row, frames)) / dt;
   };
   const auto lacking_now = [&](std::size_t j, std::size_t r) {
-    const Joint& joint = articulation.joints[j];
     const JointRow& row = rows_[r];
     double rate = wanted(row, rates_[j].mean, axes(j));
-    if (row.role == RowRole::limit) {
-      const Pose &parent = rigid.state[ends_[j].parent].pose, &child = rigid.state[ends_[j].child].pose;
-      rate = -limit_slack(joint, row, JointFrames(joint, parent, child)) / dt;
-    }
+    if (row.role == RowRole::limit) rate = limit_rate(slack_now(j, r), dt);
     return rate - row_velocity(rigid, j, row);
   };
-  double off = 0;
-  if (is_first_ || !fits_)
-    off = satisfy(
+  const auto fit_now = [&] {
+    return satisfy(
         rigid, [] {}, lacking_now);
+  };
+  double off = is_first_ || !fits_ ? fit_now() : 0;
   is_first_ = false;
-  if (!fits_) return off;
-  save_states(rigid);
-  const double off_ahead = satisfy(rigid, predict, lacking);
-  predict();
-  double worst = 0;
-  for_each_row([&](std::size_t j, std::size_t r) {
-    if (rows_[r].role == RowRole::structure) worst = std::max(worst, dt * std::abs(lacking(j, r)));
+  if (fits_) {
+    save_states(rigid);
+    const double off_ahead = satisfy(rigid, predict, lacking);
+    predict();
+    double worst = 0;
+    for_each_row([&](std::size_t j, std::size_t r) {
+      if (rows_[r].role == RowRole::structure) worst = std::max(worst, dt * std::abs(lacking(j, r)));
+    });
+    const double most = jointed_energy(rigid) * max_correction + loose_correction / (dt * dt);
+    fits_ = worst <= fitting && changed_energy(rigid) <= most;
+    if (!fits_) restore_states(rigid);
+    off = std::max(off, fits_ ? off_ahead : fit_now());
+  }
+  dt_ = dt;
+  for_each_row([&](std::size_t, std::size_t r) {
+    if (rows_[r].role == RowRole::limit) halfway_[r] = rows_[r].side * impulse_[r];
   });
-  const double most = jointed_energy(rigid) * max_correction + loose_correction / (dt * dt);
-  if (worst <= fitting && changed_energy(rigid) <= most) return std::max(off, off_ahead);
-  fits_ = false;
-  restore_states(rigid);
-  return std::max(off, satisfy(
-                           rigid, [] {}, lacking_now));
+  return off;
 }
 
 void JointSolver::save_states(const RigidBodies& rigid) {
@@ -371,10 +513,10 @@ double JointSolver::stabilize_and_control(const Articulation& articulation, Rigi
         const Joint& joint = articulation.joints[j];
         const JointRow& row = rows_[r];
         const Pose &parent = rigid.state[ends_[j].parent].pose, &child = rigid.state[ends_[j].child].pose;
-        if (row.role == RowRole::limit &&
-            !is_at_limit(limit_slack(joint, row, JointFrames(joint, parent, child))))
-          return -infinite;
-        const double rate = wanted(row, rates_[j].end, parent.orientation * joint.parent_frame.orientation);
+        const double rate =
+            row.role == RowRole::limit
+                ? end_rate(r, limit_slack(joint, row, JointFrames(joint, parent, child)))
+                : wanted(row, rates_[j].end, parent.orientation * joint.parent_frame.orientation);
         return rate - row_velocity(rigid, j, row);
       });
 }
@@ -395,8 +537,11 @@ void JointSolver::sum_impulses(const std::vector<double>& impulses, std::vector<
   });
 }
 
-void JointSolver::structure_impulses(std::vector<Vec3>& linear, std::vector<Vec3>& angular) const {
-  sum_impulses(impulse_, linear, angular, [](RowRole role) { return role == RowRole::structure; });
+void JointSolver::kept_impulses(HalfwayLimits limits, std::vector<Vec3>& linear,
+                                std::vector<Vec3>& angular) const {
+  sum_impulses(impulse_, linear, angular, [&](RowRole role) {
+    return role == RowRole::structure || (role == RowRole::limit && limits == HalfwayLimits::are_kept);
+  });
 }
 
 void JointSolver::sum_drive(const std::vector<double>& impulses, std::vector<Vec3>& linear,

@@ -35,6 +35,12 @@ enum class RateAt {
 /// the angle has bounds, it is the one between -pi and pi.
 std::vector<double> starting_angles(const Articulation& articulation, const RigidBodies& rigid);
 
+/// Whether the impulses of limits in step III stay in the velocities at the end of the step.
+enum class HalfwayLimits {
+  are_kept,        ///< They stay where they acted, at x^n; step V finds the rest.
+  are_found_again  ///< Step V finds all of them.
+};
+
 /// Solves for the impulses y of all joints at once:
 ///
 ///     J M^-1 J^T y = b,
@@ -100,13 +106,18 @@ class JointSolver {
   /// Post-stabilization with control, friction and limits at the poses now.
   ///
   /// Controlled joints take the rates planned for the end of the step. Limits act where their bound is
-  /// reached. Returns the largest violation of a row before, m/s or rad/s.
+  /// reached, and where they have acted in the last pre_stabilize(). Returns the largest violation of a row
+  /// before, m/s or rad/s.
   double stabilize_and_control(const Articulation& articulation, RigidBodies& rigid);
-  /// Sums the impulses of structure rows since begin_impulses() on every rigid body.
+  /// Sums the impulses since begin_impulses() that stay in the velocities at the end of the step, on every
+  /// rigid body: those of structure rows, and of limits if `limits` says so.
   ///
   /// `linear` is in N s, `angular` in N m s about the body's center of mass; both get one entry per rigid
   /// body.
-  void structure_impulses(std::vector<Vec3>& linear, std::vector<Vec3>& angular) const;
+  void kept_impulses(HalfwayLimits limits, std::vector<Vec3>& linear, std::vector<Vec3>& angular) const;
+  /// Takes over the impulses of limits that pre_stabilize() has found and the velocities have already, after
+  /// begin_impulses().
+  void start_limits();
   /// Returns the impulses of all rows since begin_impulses(), N s or N m s.
   const std::vector<double>& impulses() const { return impulse_; }
   /// Sums `impulses`, given for all rows, of control, friction and limits in the same way.
@@ -199,11 +210,30 @@ class JointSolver {
                     std::vector<Vec3>& angular, Counts&& counts) const;
   // Clears all impulses, frees the structure rows without bounds, and holds all other rows at zero.
   void free_structure_only();
+  // Fills solution_ with the impulses that change the velocities of free rows by residual_.
+  void find_changes(const RigidBodies& rigid);
   // Applies the impulses that change the velocities of free rows by residual_.
   void solve_free(RigidBodies& rigid);
   // Changes which bounded rows are free; returns whether any did (see the definition).
   template <class Residual>
   bool revise_bounds(RigidBodies& rigid, Residual&& residual);
+  // Returns whether the residual of a row that is held at a bound leads away from the bound.
+  template <class Residual>
+  bool leads_back(std::size_t j, std::size_t r, Residual&& residual) const;
+  // Fills residual_ for the free rows (see the definition).
+  template <class Residual>
+  double find_residuals(Residual&& residual);
+  // Newton's method for the free rows (see the definition). Returns the largest residual before the first
+  // round.
+  template <class Prepare, class Residual, class Take>
+  double solve_rounds(Prepare&& prepare, Residual&& residual, Take&& take);
+  // Takes the impulses of free rows toward the values that change the velocities by residual_, until the
+  // first one meets a bound, which holds its row from then on. Returns whether any did.
+  bool step_to_bound(RigidBodies& rigid);
+  // Satisfies the rows from the impulses in start_impulse_ on, by steps that never add energy (see the
+  // definition).
+  template <class Prepare, class Residual>
+  void descend(RigidBodies& rigid, Prepare&& prepare, Residual&& residual);
   // Changes velocities until `residual(joint, row)` vanishes for all free rows and bounded rows are
   // complementary to their bounds. `prepare()` is called before residuals are evaluated. Returns the largest
   // residual before the first round.
@@ -231,11 +261,18 @@ class JointSolver {
   static double wanted(const JointRow& row, const Vec3& rate, const Quat& parent_axes);
   // Returns the bounds of the impulse of a row of control, friction or a limit within `seconds` (s).
   static Bounds drive_bounds(const Joint& joint, RowRole role, double seconds);
-  // Returns the velocity that such a row of joint `j` is to have; minus infinity for a limit out of reach.
-  double drive_rate(const Joint& joint, std::size_t j, const JointRow& row, const RigidBodies& rigid,
-                    RateAt at, double dt) const;
-  // Returns whether a limit counts as reached, with `slack` (m or rad) left.
-  static bool is_at_limit(double slack);
+  // Returns the velocity that such a row `r` of joint `j` is to have; minus infinity for a limit out of
+  // reach.
+  double drive_rate(const Joint& joint, std::size_t j, std::size_t r, const RigidBodies& rigid, RateAt at,
+                    double dt) const;
+  // Returns the impulse of a limit row in the last pre_stabilize(), N s or N m s; 0 if it acted at the other
+  // bound, or if the row is no limit.
+  double halfway_limit(std::size_t r) const;
+  // Returns the least velocity that a limit row may have over a step `dt` (s) with `slack` (m or rad) left.
+  static double limit_rate(double slack, double dt);
+  // Returns the least velocity that a limit row may have at the end of the step with `slack` (m or rad) left;
+  // minus infinity if the limit does not act.
+  double end_rate(std::size_t r, double slack) const;
   // Displaces a dynamic body by inverse mass times `linear` (kg m) and inverse inertia times `angular` (kg
   // m^2).
   static void move(RigidBodies& rigid, std::size_t body, const Vec3& linear, const Vec3& angular);
@@ -253,7 +290,11 @@ class JointSolver {
       residual_;               // m/s or rad/s, wanted velocity less velocity; in approach() an impulse
   std::vector<char> free_,     // true if the impulse is unknown, and not held at a bound
       factored_;               // free_ when the system was factored
-  bool is_factored_ = false;   // true if system_ holds factors of the rows now, without softness
+  std::vector<double> start_impulse_,  // impulse_ at the start of satisfy()
+      halfway_;                        // N s or N m s, per limit: side times impulse in pre_stabilize()
+  double dt_ = 0;                      // s, step of the last pre_stabilize()
+  bool yields_ = false;                // true if rows with two bounds yield in system_, see descend()
+  bool is_factored_ = false;           // true if system_ holds factors of the rows now, without softness
   BlockFactor system_;
   mutable std::vector<BlockFactor::Segment> solution_;  // per joint, right side and solution
   std::vector<Pose> predicted_;                         // per rigid body, at the end of the step

@@ -35,6 +35,14 @@ double duration_of(const StepContext& context, ContactSolve solve) {
   return solve == ContactSolve::at_end ? context.dt : context.dt / 2;
 }
 
+// Returns how step V treats the impulses of limits in step III. They stay where they acted, at x^n, as those
+// of structure rows and of contacts between rigid bodies do: with all of them at x^{n+1}, bodies that slide
+// along a limit of swing gain or lose energy in proportion to the step. Velocity solves for internal forces
+// find limits again.
+HalfwayLimits limits_halfway(const World& world) {
+  return world.has_internal_forces() ? HalfwayLimits::are_found_again : HalfwayLimits::are_kept;
+}
+
 // Sets context.joint_drive to the mean forces of the last joint solve.
 void find_joint_drive(const World& world, StepContext& context, ContactSolve solve) {
   if (world.has_internal_forces())
@@ -69,7 +77,10 @@ void control_joints(World& world, StepContext& context, ContactSolve solve) {
     context.articulated_response.prepare(world.bodies, context.joints, ControlledJoints::are_held,
                                          context.contacts);
   context.joints.begin_impulses(world.bodies.articulation, duration_of(context, solve));
-  if (solve == ContactSolve::at_end) context.joint_forces.hand_to(context.joints);
+  if (solve == ContactSolve::at_end) {
+    if (limits_halfway(world) == HalfwayLimits::are_kept) context.joints.start_limits();
+    context.joint_forces.hand_to(context.joints);
+  }
   solve_joints(world, context, solve);
 }
 
@@ -129,7 +140,7 @@ void apply_contact(World& world, StepContext& context) {
     note_frames(context.graph, context.contacts, context.first_frames);
   }
   if (world.has(Effect::articulation))
-    context.joints.structure_impulses(context.joint_push, context.joint_turn);
+    context.joints.kept_impulses(limits_halfway(world), context.joint_push, context.joint_turn);
   check_finite(world, Stage::contact);
 }
 
