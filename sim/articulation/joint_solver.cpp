@@ -83,7 +83,7 @@ void JointSolver::analyze(const Articulation& articulation, const RigidBodies& r
   for (std::vector<double>* values : {&least_, &most_, &impulse_, &residual_, &start_impulse_, &halfway_})
     values->assign(rows_.size(), 0);
   free_.assign(rows_.size(), 0);
-  factored_ = free_;
+  factored_ = start_free_ = projected_limit_ = free_;
   predicted_.resize(rigid.size());
 }
 
@@ -167,6 +167,7 @@ void JointSolver::factor(const RigidBodies& rigid, double softness) {
 }
 
 void JointSolver::free_structure_only() {
+  std::fill(projected_limit_.begin(), projected_limit_.end(), 0);
   for (std::size_t r = 0; r < rows_.size(); ++r) {
     free_[r] = rows_[r].role == RowRole::structure;
     least_[r] = free_[r] ? -infinite : 0;
@@ -560,6 +561,27 @@ void JointSolver::prepare_controlled_projection(const Articulation& articulation
     if (rows_[r].role == RowRole::control) free_[r] = std::isinf(articulation.joints[j].control.most);
   });
   factor(rigid);
+}
+
+void JointSolver::prepare_limited_projection(const Articulation& articulation, const RigidBodies& rigid) {
+  start_free_ = free_;
+  for_each_row([&](std::size_t j, std::size_t r) {
+    const RowRole role = rows_[r].role;
+    free_[r] = role == RowRole::structure || (role == RowRole::limit && impulse_[r] > 0) ||
+               (role == RowRole::control && std::isinf(articulation.joints[j].control.most));
+    projected_limit_[r] = role == RowRole::limit && free_[r];
+  });
+  factor(rigid);
+  free_ = start_free_;
+}
+
+bool JointSolver::limits_have_changed() const {
+  bool changed = false;
+  for_each_row([&](std::size_t, std::size_t r) {
+    const bool acts = rows_[r].role == RowRole::limit && impulse_[r] > 0;
+    changed = changed || acts != static_cast<bool>(projected_limit_[r]);
+  });
+  return changed;
 }
 
 void JointSolver::project(const RigidBodies& rigid, std::vector<Vec3>& linear,

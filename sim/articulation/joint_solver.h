@@ -151,6 +151,13 @@ class JointSolver {
   ///
   /// Drops the sums of impulses that begin_impulses() started.
   void prepare_controlled_projection(const Articulation& articulation, const RigidBodies& rigid);
+  /// Prepares project() for the rows of prepare_controlled_projection(), and for the limits that hold an
+  /// impulse now.
+  ///
+  /// Keeps the sums of impulses.
+  void prepare_limited_projection(const Articulation& articulation, const RigidBodies& rigid);
+  /// Returns whether the limits that hold an impulse now are not those of the prepared projection.
+  bool limits_have_changed() const;
   /// Projects velocities onto those for which the prepared rows have velocity zero.
   ///
   /// `linear` (m/s) and `angular` (rad/s, world axes) have an entry for every rigid body. The projection
@@ -289,7 +296,9 @@ class JointSolver {
       impulse_,                // N s or N m s, sum since begin_impulses()
       residual_;               // m/s or rad/s, wanted velocity less velocity; in approach() an impulse
   std::vector<char> free_,     // true if the impulse is unknown, and not held at a bound
-      factored_;               // free_ when the system was factored
+      factored_,               // free_ when the system was factored
+      start_free_,             // scratch: free_ while a projection is prepared
+      projected_limit_;        // true for the limits of the prepared projection
   std::vector<double> start_impulse_,  // impulse_ at the start of satisfy()
       halfway_;                        // N s or N m s, per limit: side times impulse in pre_stabilize()
   double dt_ = 0;                      // s, step of the last pre_stabilize()

@@ -98,6 +98,10 @@ void solve_contacts(World& world, StepContext& context, ContactSolve solve) {
     double off = solve_joints(world, context, solve);
     if (articulated_response) off = articulated_response->difference(world.bodies.rigid);
     if (off < world.settings.contact.tolerance) break;
+    if (!articulated_response || !context.joints.limits_have_changed()) continue;
+    articulated_response->release(context.contacts);
+    articulated_response = articulated_response->prepare(
+        world.bodies, context.joints, ControlledJoints::are_held_with_limits, context.contacts);
   }
 }
 

@@ -173,6 +173,13 @@ void ArticulatedResponse::mark_ill_conditioned(const ContactPoint& contact, cons
 
 void ArticulatedResponse::update(const Bodies& bodies, JointSolver& joints, ControlledJoints controlled) {
   const std::vector<Joint>& all = bodies.articulation.joints;
+  if (controlled == ControlledJoints::are_held_with_limits) {
+    // The next call computes the response anew.
+    is_current_ = false;
+    joints.prepare_limited_projection(bodies.articulation, bodies.rigid);
+    respond(bodies.rigid, joints);
+    return;
+  }
   const bool control =
       controlled == ControlledJoints::are_held &&
       std::any_of(all.begin(), all.end(), [](const Joint& joint) { return joint.control.on; });

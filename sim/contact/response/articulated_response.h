@@ -27,8 +27,9 @@ inline Vec6 wrench_of(const Vec3& arm, const Vec3& impulse) {
 
 /// Whether the response of jointed bodies counts controlled joints as constraints.
 enum class ControlledJoints {
-  are_held,  ///< Their control rows are constraints: contact solves.
-  are_free   ///< They turn freely about their axes: solves for damping, collisions.
+  are_held,              ///< Their control rows are constraints: contact solves.
+  are_held_with_limits,  ///< The limits that hold an impulse are constraints, too.
+  are_free               ///< They turn freely about their axes: solves for damping, collisions.
 };
 
 /// Contact-space response of jointed groups (`linked` bodies): how their bodies answer impulses while their
