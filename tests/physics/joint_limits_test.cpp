@@ -81,7 +81,8 @@ scene::Scene limbs(std::uint64_t seed) {
 
 // Returns a trunk with two arms and two legs on point joints, with limits of swing and friction.
 scene::Scene figure(double swing, double friction) {
-  scene::Scene scene = on_ground();
+  scene::Scene scene;
+  scene.ground = scene::Ground{};
   const Vec3 velocity(0.15, 0, 0.5);
   const double restitution = 0.3;
   add_part(scene, "trunk", Vec3(0, 1.2, 0), Vec3(0.3, 0.5, 0.2), velocity, restitution);
@@ -100,7 +101,7 @@ scene::Scene figure(double swing, double friction) {
 }
 
 // Before joint solves went over to steps that never add energy, the run with 60 degrees and 0.5 N m ended
-// with steps of 6e-15 s.
+// with steps that had become too short.
 TEST(JointLimits, FiguresWithSwingAndFrictionGainNoEnergy) {
   double most = 0;
   for (const auto& [swing, friction] : {std::pair{60.0, 0.5}, {30.0, 0.0}})
@@ -108,11 +109,10 @@ TEST(JointLimits, FiguresWithSwingAndFrictionGainNoEnergy) {
   test::expect_below(most, 1e-3, "most_gain");
 }
 
-// Before limits that act in step III acted in V.4, limbs that lay at their limits gained up to twice the
-// energy of the fall.
+// Before limits that act in step III acted in V.4, seed 3 gained 2.5 % of the energy of its motion.
 TEST(JointLimits, RandomLimbsGainNoEnergy) {
   double most = 0;
-  const int count = test::runs_in_full() ? 200 : 8;
+  const int count = test::runs_in_full() ? 200 : 6;
   for (int seed = 1; seed <= count; ++seed) {
     const double gain = test::gain_of(limbs(static_cast<std::uint64_t>(seed)), frames);
     EXPECT_LT(gain, 1e-3) << seed;
