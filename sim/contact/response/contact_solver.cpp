@@ -96,12 +96,12 @@ double update_rotation(Bodies& bodies, ArticulatedResponse* linked, const Contac
 // Updates the contacts of one pair in several passes to and fro, so that the order of its points does not
 // tilt a face that lands flat. Contacts without an impulse after the first pass, two thirds of the contacts
 // of a pile, wait for the next visit. Returns the largest change of a relative velocity in the first pass,
-// m/s over its precision.
+// or by the load as a whole, m/s over its precision.
 double update_pair(Bodies& bodies, ArticulatedResponse* linked, const ContactSolveSettings& settings,
                    ContactSet& contacts, ContactPair& pair) {
-  double first = 0;
+  double first = 0, load = 0;
   if (pair.patches > 0 && contacts.points[as_index(pair.begin)].friction > 0) {
-    if (linked) load_evenly(bodies, *linked, settings.tolerance, pair, contacts);
+    if (linked) load = load_evenly(bodies, *linked, settings.tolerance, pair, contacts);
     spread_evenly(bodies, settings.tolerance, pair, contacts);
   }
   const bool apart = pair.guest_rigid < 0 && !bodies.rigid.properties[as_index(pair.host)].is_dynamic();
@@ -119,7 +119,7 @@ double update_pair(Bodies& bodies, ArticulatedResponse* linked, const ContactSol
     if (repeat == 0) first = largest;
     if (largest < settings.tolerance) break;
   }
-  return first;
+  return std::max(first, load);
 }
 
 // An update of a contact by an impulse on its upper body alone, as if the lower one were fixed. `at_rest`
