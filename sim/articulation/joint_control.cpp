@@ -31,13 +31,28 @@ ControlRates rates_along(const Vec3& way, const Vec3& next_way, const Vec3& targ
           (target_rate.dot(axis) - after.rate) * axis + target_across + fading * across};
 }
 
-// Clamps the target to the joint's limits, so that control does not push against them.
+// Clamps the target to the joint's limits, so that control does not push against them. A control without gain
+// follows the speed of the target, which then counts wherever the target is.
 Vec3 within_limits(const Joint& joint, Vec3 target) {
+  if (joint.control.gain == 0) return target;
   if (joint.kind == JointKind::prismatic)
     target.x() = std::clamp(target.x(), joint.travel.least, joint.travel.most);
   else if (twists(joint.kind))
     target.x() = std::clamp(target.x(), joint.angle.least, joint.angle.most);
   return target;
+}
+
+// Lets a control without gain stop at the bounds of the value `now` (rad or m, along x).
+ControlRates stopped_at(const Bounds& bounds, double now, ControlRates rates, const JointControl& control,
+                        double dt) {
+  if (control.gain != 0) return rates;
+  const auto allowed = [&](double value, double rate) {
+    return std::clamp(rate, std::min((bounds.least - value) / dt, 0.0),
+                      std::max((bounds.most - value) / dt, 0.0));
+  };
+  rates.mean.x() = allowed(now, rates.mean.x());
+  rates.end.x() = allowed(now + dt * rates.mean.x(), rates.end.x());
+  return rates;
 }
 
 // Returns the rates of a universal joint of whose two angles only one is controlled: that about the parent's
@@ -102,13 +117,18 @@ ControlRates control_rates(const Joint& joint, const JointFrames& frames, const 
   const Vec3 next = control.leads ? within_limits(joint, control.target.value(time + dt)) : target;
   if (joint.kind == JointKind::prismatic) {
     const double now = travel_of(frames);
-    return rates_along((target.x() - now) * Vec3::UnitX(), (next.x() - now) * Vec3::UnitX(),
-                       (next - target) / dt, rate, control, dt);
+    return stopped_at(joint.travel, now,
+                      rates_along((target.x() - now) * Vec3::UnitX(), (next.x() - now) * Vec3::UnitX(),
+                                  (next - target) / dt, rate, control, dt),
+                      control, dt);
   }
   if (twists(joint.kind)) {
     angle = nearest_angle(angle_of(frames), angle);
-    return rates_along((target.x() - angle) * Vec3::UnitX(), (next.x() - angle) * Vec3::UnitX(),
-                       (next.x() - target.x()) / dt * Vec3::UnitX(), rate.x() * Vec3::UnitX(), control, dt);
+    return stopped_at(
+        joint.angle, angle,
+        rates_along((target.x() - angle) * Vec3::UnitX(), (next.x() - angle) * Vec3::UnitX(),
+                    (next.x() - target.x()) / dt * Vec3::UnitX(), rate.x() * Vec3::UnitX(), control, dt),
+        control, dt);
   }
   const Quat now = frames.relative();
   if (joint.kind == JointKind::universal && control.axis[0] != control.axis[1])

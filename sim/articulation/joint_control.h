@@ -30,10 +30,10 @@ struct ControlRates {
 /// Returns the rates that take a controlled joint through the step from `time` (s) to `time + dt`.
 ///
 /// `frames` are the joint's frames at `time`, and `rate` is the child's rate relative to the parent then, in
-/// the units and axes of ControlRates. The target is clamped to the joint's limits of angle or travel. Along
-/// the error the rates follow controlled_error(); across it the rate relative to the target's decays as
-/// exp(-damping t). A universal joint of which one angle is free controls the other angle alone, towards that
-/// component of the target.
+/// the units and axes of ControlRates. The target is clamped to the joint's limits of angle or travel;
+/// without gain, the rates stop at these limits instead. Along the error the rates follow controlled_error();
+/// across it the rate relative to the target's decays as exp(-damping t). A universal joint of which one
+/// angle is free controls the other angle alone, towards that component of the target.
 ///
 /// `angle` (rad) is the angle of a joint with one free rotation at an earlier time, less than half a turn
 /// before: the joint has the angle that is nearest to it, so that its control knows whole turns. It is set to

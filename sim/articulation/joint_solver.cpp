@@ -28,18 +28,12 @@ constexpr int max_descents = 200;
 // above the dependence of rows that BlockFactor drops (1e-10), so that friction yields to a limit about the
 // same axis, and so small that one more round of Newton's method removes its error.
 constexpr double compliance = 1e-8;
-// A limit counts as reached if less than this slack is left, m or rad. It is far above the error that
-// `solved` leaves of positions after a step; a larger value would stop joints visibly before their limits.
-constexpr double at_limit = 1e-9;
 // A row held at a bound is freed if its residual leads away from the bound by more than this, m/s or rad/s:
 // two digits above `solved`, so that rows that are solved do not change sides by rounding.
 constexpr double release = 1e-9;
 // Largest error of positions at the end of a step that counts as fitting, m or rad. Larger errors are left to
 // assemble(); they are a tenth of the largest one that a step may leave (sim/step/articulate.cpp).
 constexpr double fitting = 1e-7;
-// Time in which a violated limit is approached again, s. A violation as fast as the step allows would be
-// removed at a velocity that grows as steps become shorter, and throw the bodies.
-constexpr double limit_return = 0.1;
 // Bounds of the energy that making positions fit may add to the velocities that keep the joints together: a
 // fraction of their energy, and over dt^2 a constant in J s^2, for frames that are a little apart at the
 // start. Larger corrections would whip bodies about; the velocities at x^n are made to fit instead.
@@ -364,35 +358,6 @@ void JointSolver::begin_impulses(const Articulation& articulation, double second
   });
 }
 
-Bounds JointSolver::drive_bounds(const Joint& joint, RowRole role, double seconds) {
-  if (role == RowRole::limit) return {0, infinite};
-  const double most = (role == RowRole::control ? joint.control.most : joint.friction) * seconds;
-  return {-most, most};
-}
-
-double JointSolver::halfway_limit(std::size_t r) const {
-  return rows_[r].role == RowRole::limit ? std::max(0.0, rows_[r].side * halfway_[r]) : 0;
-}
-
-double JointSolver::limit_rate(double slack, double dt) {
-  return -slack / (slack < 0 ? std::max(dt, limit_return) : dt);
-}
-
-// A limit that has acted in pre_stabilize() acts at the end as well if IV.2 or rounding has left it some
-// slack. Otherwise nothing would stop the velocities at the end, which would grow by the forces of every
-// step while the positions rest.
-double JointSolver::end_rate(std::size_t r, double slack) const {
-  if (slack <= at_limit) return 0;
-  return halfway_limit(r) > 0 ? -slack / dt_ : -infinite;
-}
-
-void JointSolver::start_limits() {
-  for_each_row([&](std::size_t, std::size_t r) {
-    const double impulse = halfway_limit(r);
-    if (impulse > 0) start_drive(r, impulse);
-  });
-}
-
 void JointSolver::plan_control(const Articulation& articulation, const RigidBodies& rigid, double time,
                                double dt, std::vector<double>& angle) {
   DUET_ASSERT(articulation.joints.size() == ends_.size() && dt > 0);
@@ -520,92 +485,6 @@ double JointSolver::stabilize_and_control(const Articulation& articulation, Rigi
                 : wanted(row, rates_[j].end, parent.orientation * joint.parent_frame.orientation);
         return rate - row_velocity(rigid, j, row);
       });
-}
-
-template <class Counts>
-void JointSolver::sum_impulses(const std::vector<double>& impulses, std::vector<Vec3>& linear,
-                               std::vector<Vec3>& angular, Counts&& counts) const {
-  DUET_ASSERT(impulses.size() == rows_.size());
-  linear.assign(predicted_.size(), Vec3::Zero());
-  angular.assign(predicted_.size(), Vec3::Zero());
-  for_each_row([&](std::size_t j, std::size_t r) {
-    const JointRow& row = rows_[r];
-    if (!counts(row.role)) return;
-    linear[ends_[j].child] += impulses[r] * row.linear;
-    linear[ends_[j].parent] -= impulses[r] * row.linear;
-    angular[ends_[j].child] += impulses[r] * row.child_moment;
-    angular[ends_[j].parent] -= impulses[r] * row.parent_moment;
-  });
-}
-
-void JointSolver::kept_impulses(HalfwayLimits limits, std::vector<Vec3>& linear,
-                                std::vector<Vec3>& angular) const {
-  sum_impulses(impulse_, linear, angular, [&](RowRole role) {
-    return role == RowRole::structure || (role == RowRole::limit && limits == HalfwayLimits::are_kept);
-  });
-}
-
-void JointSolver::sum_drive(const std::vector<double>& impulses, std::vector<Vec3>& linear,
-                            std::vector<Vec3>& angular) const {
-  sum_impulses(impulses, linear, angular, [](RowRole role) { return role != RowRole::structure; });
-}
-
-void JointSolver::prepare_projection(const RigidBodies& rigid) {
-  free_structure_only();
-  factor(rigid);
-}
-
-void JointSolver::prepare_controlled_projection(const Articulation& articulation, const RigidBodies& rigid) {
-  free_structure_only();
-  for_each_row([&](std::size_t j, std::size_t r) {
-    if (rows_[r].role == RowRole::control) free_[r] = std::isinf(articulation.joints[j].control.most);
-  });
-  factor(rigid);
-}
-
-void JointSolver::prepare_limited_projection(const Articulation& articulation, const RigidBodies& rigid) {
-  start_free_ = free_;
-  for_each_row([&](std::size_t j, std::size_t r) {
-    const RowRole role = rows_[r].role;
-    free_[r] = role == RowRole::structure || (role == RowRole::limit && impulse_[r] > 0) ||
-               (role == RowRole::control && std::isinf(articulation.joints[j].control.most));
-    projected_limit_[r] = role == RowRole::limit && free_[r];
-  });
-  factor(rigid);
-  free_ = start_free_;
-}
-
-bool JointSolver::limits_have_changed() const {
-  bool changed = false;
-  for_each_row([&](std::size_t, std::size_t r) {
-    const bool acts = rows_[r].role == RowRole::limit && impulse_[r] > 0;
-    changed = changed || acts != static_cast<bool>(projected_limit_[r]);
-  });
-  return changed;
-}
-
-void JointSolver::project(const RigidBodies& rigid, std::vector<Vec3>& linear,
-                          std::vector<Vec3>& angular) const {
-  DUET_ASSERT(linear.size() == rigid.size() && angular.size() == rigid.size());
-  DUET_ASSERT(is_factored_);
-  for_each_row([&](std::size_t j, std::size_t r) {
-    const auto [parent, child] = ends_[j];
-    const JointRow& row = rows_[r];
-    solution_[j](static_cast<Eigen::Index>(r - first_[j])) =
-        !factored_[r] ? 0
-                      : row.parent_moment.dot(angular[parent]) - row.child_moment.dot(angular[child]) -
-                            row.linear.dot(linear[child] - linear[parent]);
-  });
-  system_.solve(solution_);
-  for_each_row([&](std::size_t j, std::size_t r) {
-    const JointRow& row = rows_[r];
-    const double impulse = solution_[j](static_cast<Eigen::Index>(r - first_[j]));
-    const auto [parent, child] = ends_[j];
-    linear[child] += rigid.properties[child].inverse_mass * impulse * row.linear;
-    linear[parent] -= rigid.properties[parent].inverse_mass * impulse * row.linear;
-    angular[child] += rigid.state[child].inverse_inertia * (impulse * row.child_moment);
-    angular[parent] -= rigid.state[parent].inverse_inertia * (impulse * row.parent_moment);
-  });
 }
 
 }  // namespace duet

@@ -19,6 +19,7 @@ struct PressureSettings {
 struct PressureScratch {
   std::vector<double> rate;  ///< Input, for each one-ring: wanted change of the rate of its volume, m^3/s.
   std::vector<double> pressure;  ///< Result, for each one-ring: pressure times time, Pa s.
+  std::vector<double> left;      ///< Scratch of callers: rate that other pressures would leave, m^3/s.
   /// For each one-ring: 1 / sqrt(diagonal), (kg/m^4)^1/2; 0: nothing can change it.
   std::vector<double> scale;
   /// For each one-ring: factor that makes a scaled residual 1 at the tolerance.

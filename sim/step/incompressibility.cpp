@@ -90,6 +90,7 @@ void find_change(World& world, StepContext& context, const PressureSettings& set
   if (share < 1) scale(share, scratch);
 }
 
+// Returns whether pressures count on the impulses of Expected.
 bool expects_impulses(const World& world) {
   return keeps_volume_in_contact(world) && !world.settings.constraints_before_solve;
 }
@@ -99,15 +100,21 @@ double slow_speed(const World& world, const StepContext& context) {
   return 3 * context.dt * world.gravity.norm();
 }
 
+// Sets `islands` to those of the contacts and joints of context.projection.
+void find_islands(const World& world, const StepContext& context, Islands& islands) {
+  islands.begin(world.bodies);
+  context.projection.join(islands);
+  islands.finish();
+}
+
 // Marks in context.rests the deformable bodies that begin the step at rest: no particle of theirs, and no
-// rigid body of their island, is faster than slow_speed(). Returns whether there are any.
-bool find_standing(const World& world, StepContext& context) {
+// rigid body of their island, is faster than slow_speed(). Returns whether there are any. find_resting() asks
+// for the rates of volumes instead, which are known in III and V.4 only.
+bool find_slow(const World& world, StepContext& context) {
   const Bodies& bodies = world.bodies;
   const double slow = slow_speed(world, context);
   Islands& islands = context.calm;
-  islands.begin(bodies);
-  context.projection.join(islands);
-  islands.finish();
+  find_islands(world, context, islands);
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
     const RigidState& state = bodies.rigid.state[i];
     const double size = bodies.rigid.properties[i].shape.min_size();
@@ -131,7 +138,7 @@ bool find_standing(const World& world, StepContext& context) {
 
 // Marks in context.calm the islands of context.projection in which incompressible bodies rest, slide, or are
 // pressed, and do not land. In these, no one-ring has to change faster than a speed times its surface with
-// all that is expected, pressures included: context.pressure.residual. The speed is slow_speed(), or 1e-4 of
+// all that is expected, pressures included: context.pressure.left. The speed is slow_speed(), or 1e-4 of
 // its size per step, or a fifth of that without the pressures, which are context.pressure.rate. If nothing is
 // expected, the rate must be below a fall of 200 steps, or a hundredth of the size. In the order of
 // constraints before the solve no island is calm.
@@ -139,13 +146,11 @@ void find_calm_islands(const World& world, StepContext& context) {
   constexpr double max_of_load = 0.2;
   const bool knows = expects_impulses(world);
   const NodalVolumes& rings = world.bodies.nodal_volumes;
-  const std::vector<double>&all = context.pressure.rate, &left = knows ? context.pressure.residual : all;
+  const std::vector<double>&all = context.pressure.rate, &left = knows ? context.pressure.left : all;
   const double slow = knows ? slow_speed(world, context) : 200 * context.dt * world.gravity.norm();
   const double max_share = knows ? 1e-4 : 0.01;
   Islands& calm = context.calm;
-  calm.begin(world.bodies);
-  context.projection.join(calm);
-  calm.finish();
+  find_islands(world, context, calm);
   for (std::size_t i = 0; i < rings.size(); ++i) {
     const double size = math::cbrt(rings.rest_volume(i));
     const double bound = std::max(slow, max_share * size / context.dt) * size * size,
@@ -265,8 +270,7 @@ void project_last_contacts(World& world, StepContext& context) {
                              world.settings.projection_sweeps, linked, {}, sticking);
   };
   project({});
-  if (!context.projection.empty() && find_standing(world, context))
-    project({&context.rests, turned_cone_share});
+  if (!context.projection.empty() && find_slow(world, context)) project({&context.rests, turned_cone_share});
   if (!world.has(Effect::articulation)) return;
   context.joints.prepare_projection(world.bodies.rigid);
   context.projection.add_joints(context.joints);
@@ -281,7 +285,7 @@ void find_expected_rates(World& world, StepContext& context, Expected expected, 
     return find_calm_islands(world, context);
   }
   find_rates(expected);
-  scratch.residual = scratch.rate;
+  scratch.left = scratch.rate;
   expected.pressures = false;
   find_rates(expected);
   find_calm_islands(world, context);
@@ -338,7 +342,7 @@ void make_incompressible(World& world, StepContext& context) {
   NodalVolumes& rings = bodies.nodal_volumes;
   std::vector<double>& rate = context.pressure.rate;
   follow_bodies(bodies.rigid, bodies.bound, bodies.particles);
-  if (!context.projection.empty() && find_standing(world, context))
+  if (!context.projection.empty() && find_slow(world, context))
     project_active_contacts(world, context, {&context.rests, turned_cone_share});
   // The impulses of context.projection are those of half a step.
   find_expected_rates(

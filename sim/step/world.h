@@ -135,7 +135,7 @@ struct StepContext {
       pressure_next;  ///< Pa, per one-ring, the same of this step
   /// Scratch: per deformable body, whether its volumes change no faster than at rest.
   std::vector<char> rests;
-  Islands calm;  ///< islands that pressures find calm are searched (sim/step/incompressibility.cpp)
+  Islands calm;  ///< scratch; the islands that pressures find calm are searched (find_calm_islands())
 
   /// N, mean friction forces on all particles from the repulsions of the last step's V.4; state
   std::vector<Vec3> surface_friction_n;

@@ -436,6 +436,35 @@ TEST(JointControl, MotorsReachTheAngleOrTheSpeedOfTheirTarget) {
   test::expect_below(fastest / speed - 1, 1e-6, "overshoot of a motor, relative");
 }
 
+// A motor without gain turns or pushes at its speed to the limit of its joint, against gravity, and stays
+// there, with and without a bound of its force. It used to stop where its target had passed the limit, 6 of
+// 40 degrees before.
+TEST(JointControl, MotorsWithoutGainReachTheLimitOfTheirJoint) {
+  for (const JointType type : {JointType::hinge, JointType::prismatic})
+    for (const double most : {120.0, 1e9}) {
+      scene::Scene scene = test::on_ground();
+      scene.ground->height = -10;
+      test::add_peg(scene, "peg", Vec3::Zero());
+      test::add_box(scene, "arm", Vec3(0.5, 0, 0), Vec3(1, 0.1, 0.1), 5);
+      const bool turns = type == JointType::hinge;
+      scene::Joint& joint =
+          test::add_joint(scene, type, "peg", "arm", Vec3::Zero(), turns ? Vec3::UnitZ() : Vec3::UnitY());
+      joint.angle = {.least = -10, .most = 40};
+      joint.travel = {.least = -0.1, .most = 0.7};
+      joint.has_control = true;
+      joint.control = {.gain = 0, .damping = 20, .torque_limit = most, .lead = true, .target = {}};
+      joint.control.target.turn_rate.x() = 180;
+      joint.control.target.travel_rate = 3;
+      Simulation simulation(scene, test::plan(scene));
+      for (int frame = 0; frame < 24; ++frame) simulation.advance_frame();
+      const RigidState& arm = simulation.world().bodies.rigid.state[1];
+      const Vec3& place = arm.pose.position;
+      const double reached = turns ? std::atan2(place.y(), place.x()) * 180 / EIGEN_PI / 40 : place.y() / 0.7;
+      test::expect_below(std::abs(reached - 1), 1e-9, "distance from the limit, over its place");
+      test::expect_below(arm.velocity.norm(), 1e-9, "speed at the limit, m/s");
+    }
+}
+
 // A rod that falls onto the limit of its hinge stops there without bouncing or drifting, and leaves it freely
 // when gravity is reversed. A limit that pulls as well as pushes would hold the rod.
 TEST(JointLimits, StopAHingeAndLetItGo) {
