@@ -82,23 +82,23 @@ void AltitudeSprings::finalize(const std::vector<double>& inverse_mass) {
 double8 AltitudeSprings::choose(const Batch& batch, const std::array<vector8, 4>& corner, Chosen& chosen) {
   double8 largest{};
   double8 best{};  // number of that altitude
-  chosen.rest_length = batch.rest_length[0];
-  chosen.viscosity = batch.viscosity[0];
   for (std::size_t a = 0; a < altitudes; ++a) {
     const vector8 here = base(a, corner);
     const double8 squared = dot(here, here);
     const mask8 larger = squared > largest;
     largest = select(larger, squared, largest);
     best = select(larger, double8{} + static_cast<double>(a), best);
-    chosen.rest_length = select(larger, batch.rest_length[a], chosen.rest_length);
-    chosen.viscosity = select(larger, batch.viscosity[a], chosen.viscosity);
   }
+  if (!any_of(best != chosen.altitude)) return largest;
+  chosen.altitude = best;
   chosen.between_edges = best >= static_cast<double>(first_between_edges);
-  chosen.stiffness = batch.modulus / chosen.rest_length;
   for (std::size_t lane = 0; lane < pack_width; ++lane) {
-    const auto& order = corners[static_cast<std::size_t>(best[lane])];
-    for (std::size_t i = 0; i < 4; ++i) chosen.slot[i][lane] = batch.slot[order[i]][lane];
+    const auto a = static_cast<std::size_t>(best[lane]);
+    chosen.rest_length[lane] = batch.rest_length[a][lane];
+    chosen.viscosity[lane] = batch.viscosity[a][lane];
+    for (std::size_t i = 0; i < 4; ++i) chosen.slot[i][lane] = batch.slot[corners[a][i]][lane];
   }
+  chosen.stiffness = batch.modulus / chosen.rest_length;
   return largest;
 }
 

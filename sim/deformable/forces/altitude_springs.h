@@ -113,6 +113,7 @@ class AltitudeSprings {
   // The springs of a batch that choose() has selected, with the corners in the order in which altitude()
   // takes them.
   struct Chosen {
+    double8 altitude = double8{} - 1.0;  // number of the chosen altitude; -1 before the first choice
     std::array<ScatterAdd::Slot, 4> slot;
     // True for an altitude between two edges, false for one from the first corner to the face of the others.
     mask8 between_edges;

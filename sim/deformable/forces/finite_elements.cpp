@@ -368,7 +368,7 @@ void FiniteElements::add_turn_forces(const std::vector<Vec3>& v, double seconds,
     for (std::size_t k = 0; k < 3; ++k) turned[k] = cross(spin, F[k]);
     Matrix3<double8> A;
     for (std::size_t i = 0; i < 3; ++i)
-      for (std::size_t k = 0; k < 3; ++k) A[i][k] = time * dot(turned[i], turned[k]);
+      for (std::size_t k = 0; k <= i; ++k) A[i][k] = A[k][i] = time * dot(turned[i], turned[k]);
     spread_forces(batches_[b], stress_of_rate(b, A), double8{}, sums);
   });
   sums_.add_to(force);
