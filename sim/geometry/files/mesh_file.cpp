@@ -99,18 +99,23 @@ std::string obj_for_assimp(std::string_view text) {
 }
 
 // Opens the files that Assimp asks for. Assimp 5.2 passes on the names in glTF files as they are written,
-// percent-encoded; here they name the files that they stand for.
-class GltfFiles : public Assimp::DefaultIOSystem {
+// percent-encoded; here they name the files that they stand for. Assimp 6 does not let one derive from its
+// own class of files, so that this one has a member of it.
+class GltfFiles : public Assimp::IOSystem {
  public:
   explicit GltfFiles(const std::string& gltf) : folder_(gltf.substr(0, gltf.find_last_of('/') + 1)) {}
+  bool Exists(const char* file) const override { return files_.Exists(file); }
+  char getOsSeparator() const override { return files_.getOsSeparator(); }
   Assimp::IOStream* Open(const char* file, const char* mode) override {
     const std::string path(file);
-    if (!path.starts_with(folder_)) return DefaultIOSystem::Open(file, mode);
+    if (!path.starts_with(folder_)) return files_.Open(file, mode);
     const std::string found = folder_ + path_of_uri(folder_, path.substr(folder_.size()));
-    return DefaultIOSystem::Open(found.c_str(), mode);
+    return files_.Open(found.c_str(), mode);
   }
+  void Close(Assimp::IOStream* stream) override { files_.Close(stream); }
 
  private:
+  Assimp::DefaultIOSystem files_;
   std::string folder_;  // of the .gltf file, with the slash at its end; empty if its path has none
 };
 
