@@ -352,6 +352,12 @@ Vec3 ContactForces::slope(const Row& row, const Vec3& velocity) const {
   return row.normal_slope * normal * row.normal + row.tangential_slope * tangent;
 }
 
+Mat3 ContactForces::slope(const Row& row) const {
+  Mat3 G;
+  for (int k = 0; k < 3; ++k) G.col(k) = slope(row, Vec3::Unit(k));
+  return G;
+}
+
 void ContactForces::add_differentials(const GeneralizedVelocity& change, GeneralizedVelocity& out) const {
   for (const Row& row : rows_)
     if (row.normal_slope > 0 || row.tangential_slope > 0)
@@ -363,8 +369,7 @@ void ContactForces::add_blocks(std::vector<SymmetricBlock>& particle, std::vecto
               (particle.size() == bodies_->particles.size() && rigid.size() == bodies_->rigid.size()));
   for (const Row& row : rows_) {
     if (row.normal_slope == 0 && row.tangential_slope == 0) continue;
-    Mat3 G;
-    for (int k = 0; k < 3; ++k) G.col(k) = slope(row, Vec3::Unit(k));
+    const Mat3 G = slope(row);
     if (row.pair >= 0) {
       const std::array<Mat3, 4>& map = pair_maps_[as_index(row.pair)];
       for (std::size_t i = 0; i < 4; ++i)
@@ -377,6 +382,26 @@ void ContactForces::add_blocks(std::vector<SymmetricBlock>& particle, std::vecto
     else
       for (std::size_t i = 0; i < as_index(row.point.count); ++i)
         add(row.point.weight[i] * row.point.weight[i], G, particle[as_index(row.point.particle[i])]);
+  }
+}
+
+void ContactForces::append_rows(std::vector<ResponseRow>& rows) const {
+  using Of = ResponseRow::Of;
+  for (const Row& row : rows_) {
+    if (row.normal_slope == 0 && row.tangential_slope == 0) continue;
+    ResponseRow& out = rows.emplace_back();
+    out.slope = slope(row);
+    if (row.pair >= 0) {
+      for (std::size_t i = 0; i < 4; ++i)
+        out.add(Of::particle, row.point.particle[i], pair_maps_[as_index(row.pair)][i]);
+      continue;
+    }
+    if (row.moves_host) out.add_point(row.host, row.host_arm, -1);
+    if (row.guest_rigid >= 0)
+      out.add_point(row.guest_rigid, row.guest_arm, 1);
+    else
+      for (std::size_t i = 0; i < as_index(row.point.count); ++i)
+        out.add(Of::particle, row.point.particle[i], row.point.weight[i] * Mat3::Identity());
   }
 }
 

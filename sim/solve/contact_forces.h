@@ -7,6 +7,7 @@
 
 #include "sim/contact/graph/contact_graph.h"
 #include "sim/contact/response/contact_projection.h"
+#include "sim/solve/response_row.h"
 #include "sim/state/islands.h"
 
 namespace duet {
@@ -87,6 +88,8 @@ class ContactForces {
   /// Adds the derivatives of the impulses to the diagonal blocks of every particle (kg) and of every rigid
   /// body (kg, kg m, kg m^2).
   void add_blocks(std::vector<SymmetricBlock>& particle, std::vector<Mat6>& rigid) const;
+  /// Appends the derivatives of the impulses, row by row.
+  void append_rows(std::vector<ResponseRow>& rows) const;
   /// Sets the multipliers to the impulses.
   void update_multipliers();
   /// Sets the impulses of contacts to `factor` times the impulses here. Sets those of contacts out of reach
@@ -118,6 +121,8 @@ class ContactForces {
   // Returns the relative velocity of a row, m/s, without its path velocity.
   Vec3 velocity_of(const Row& row, const GeneralizedVelocity& v) const;
   Vec3 slope(const Row& row, const Vec3& velocity) const;
+  // Returns the matrix of slope(), kg.
+  Mat3 slope(const Row& row) const;
   // Adds M^-1 times an impulse on the guest and its opposite on the host.
   void push(const Row& row, const Vec3& impulse, GeneralizedVelocity& v) const;
 

@@ -95,6 +95,27 @@ void JointForces::add_blocks(std::vector<Mat6>& rigid) const {
   }
 }
 
+// The one component of a row's velocity is the first one of the map.
+void JointForces::append_rows(std::vector<ResponseRow>& rows) const {
+  using Of = ResponseRow::Of;
+  const auto along = [](const Vec3& direction) {
+    Mat3 map = Mat3::Zero();
+    map.row(0) = direction.transpose();
+    return map;
+  };
+  for (const Row& row : rows_) {
+    if (row.slope == 0) continue;
+    ResponseRow& out = rows.emplace_back();
+    out.slope(0, 0) = row.slope;
+    const JointRow& geometry = row.joint.geometry;
+    const int child = static_cast<int>(row.joint.child), parent = static_cast<int>(row.joint.parent);
+    out.add(Of::linear, child, along(geometry.linear));
+    out.add(Of::angular, child, along(geometry.child_moment));
+    out.add(Of::linear, parent, along(-geometry.linear));
+    out.add(Of::angular, parent, along(-geometry.parent_moment));
+  }
+}
+
 void JointForces::update_multipliers() {
   for (Row& row : rows_) row.multiplier = row.impulse;
 }

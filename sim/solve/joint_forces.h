@@ -6,6 +6,7 @@
 
 #include "sim/articulation/joint_solver.h"
 #include "sim/contact/response/contact_projection.h"
+#include "sim/solve/response_row.h"
 #include "sim/state/islands.h"
 
 namespace duet {
@@ -39,6 +40,8 @@ class JointForces {
   void add_differentials(const GeneralizedVelocity& change, GeneralizedVelocity& out) const;
   /// Adds the derivatives of the impulses to the diagonal block of every rigid body (kg, kg m, kg m^2).
   void add_blocks(std::vector<Mat6>& rigid) const;
+  /// Appends the derivatives of the impulses, row by row.
+  void append_rows(std::vector<ResponseRow>& rows) const;
   /// Sets the multipliers to the impulses.
   void update_multipliers();
   /// Replaces the entries of its rows in `impulse`, and sets them to zero in `swept`.

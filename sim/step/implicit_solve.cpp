@@ -65,6 +65,11 @@ constexpr double contact_share = 0.01;
 constexpr double weight_share = 0.1;
 constexpr double rounding = 1e-14;  // relative rounding error of the residual of a solve
 
+// Number of iterations of conjugate gradients after which the matrix of a search is factorized: with diagonal
+// blocks, half of what the default bound allows, as well conditioned systems need fewer; with the factor of an
+// earlier correction, about as many as take the time of a factorization.
+constexpr int slow_iterations = 100, stale_iterations = 10;
+
 // A search ends, because rounding bounds it, if this many iterations in a row leave more than the fraction
 // `max_left` of the residual.
 constexpr int max_stalls = 40;
@@ -81,6 +86,7 @@ class Search {
                 problem.is_elastic ? ImplicitForces::damping_and_elasticity : ImplicitForces::damping,
                 problem.projection, context.damping_force, context.inertia) {
     system_.limit_to(problem.islands);
+    context.factor.forget();
     tolerance_ = world.settings.cg_tolerance;
     if (problem.contacts && !world.settings.implicit_elasticity) tolerance_ *= contact_share;
     if (problem.contacts) bound_tolerance();
@@ -248,9 +254,34 @@ class Search {
     return incremental_potential(world_, context_, problem_.dt) + contact_potential_;
   }
 
-  // Finds Newton's correction by conjugate gradients with the preconditioner z = P B^-1 P^T r. P is
-  // self-adjoint in the mass inner product, so that the preconditioner is symmetric even if P has not
-  // converged to a projection.
+  // Factorizes the matrix of the system for precondition(), unless that takes too long. Returns whether it has.
+  bool factorize() {
+    const ImplicitForces forces =
+        problem_.is_elastic ? ImplicitForces::damping_and_elasticity : ImplicitForces::damping;
+    is_factorized_ = context_.factor.factorize(world_.bodies, problem_.dt, forces, context_.inertia,
+                                               problem_.islands, problem_.contacts, problem_.joints);
+    return is_factorized_;
+  }
+
+  // Sets context.preconditioned z = P B^-1 P^T r for the residual r, where B is the matrix of the system or
+  // its diagonal blocks. Returns <r, z>. P is self-adjoint in the mass inner product, so that the
+  // preconditioner is symmetric even if P has not converged to a projection.
+  double precondition() {
+    Bodies& bodies = world_.bodies;
+    const GeneralizedVelocity& r = context_.residual;
+    GeneralizedVelocity& z = context_.preconditioned;
+    if (is_factorized_)
+      context_.factor.apply(bodies, context_.inertia, r, z);
+    else
+      context_.blocks.apply(bodies, context_.inertia, r, z);
+    restrict(z);
+    follow_twists(bodies.bound, z.linear, z.angular, z.particle);
+    system_.project(z);
+    return system_.inner(r, z);
+  }
+
+  // Finds Newton's correction by preconditioned conjugate gradients. If they are slow, they begin anew with
+  // the factorized matrix, with which those of later corrections of the search start.
   void find_correction() {
     Bodies& bodies = world_.bodies;
     if (problem_.is_elastic) {
@@ -258,40 +289,57 @@ class Search {
       find_blocks(world_, context_, problem_.dt, ImplicitForces::damping_and_elasticity);
     }
     context_.blocks.add(bodies, context_.inertia, problem_.contacts, problem_.joints);
-    GeneralizedVelocity &x = context_.correction, &r = context_.residual, &s = context_.direction,
-                        &q = context_.image, &z = context_.preconditioned;
-    r = context_.newton_residual;
-    const auto precondition = [&] {
-      context_.blocks.apply(bodies, context_.inertia, r, z);
-      restrict(z);
-      follow_twists(bodies.bound, z.linear, z.angular, z.particle);
-      system_.project(z);
-      return system_.inner(r, z);
-    };
-    double left = precondition();
-    const double enough = forcing_share * forcing_share * left, least = rounding_share * left,
-                 norm = forcing_share * system_.norm(r);
-    x = z;
-    VelocitySystem::axpy(-1, z, x);
-    s = z;
+    begin_correction();
+    const int patience = is_factorized_ ? stale_iterations : slow_iterations;
     int iterations = 0;
-    for (; iterations < world_.settings.cg_iterations && left > least; ++iterations) {
+    for (; iterations < world_.settings.cg_iterations; ++iterations) {
       stop_if_asked();
-      if (left <= enough && system_.norm(r) <= norm) break;
-      system_.apply(s, q);
-      if (problem_.contacts) problem_.contacts->add_differentials(s, q);
-      if (problem_.joints) problem_.joints->add_differentials(s, q);
-      restrict(q);
-      system_.project(q);
-      const double curvature = system_.inner(s, q);
-      if (!(curvature > 0)) break;  // only rounding is left
-      VelocitySystem::axpy(left / curvature, s, x);
-      VelocitySystem::axpy(-left / curvature, q, r);
-      const double next = precondition();
-      VelocitySystem::xpay(z, next / left, s);
-      left = next;
+      if (is_corrected()) break;
+      if (iterations == patience && may_factorize_) {
+        const bool was_factorized = is_factorized_;
+        may_factorize_ = factorize();
+        if (may_factorize_ || was_factorized) begin_correction();
+      }
+      if (!advance_correction()) break;
     }
     world_.counters.cg_iterations += iterations;
+  }
+
+  // Begins conjugate gradients with no correction.
+  void begin_correction() {
+    GeneralizedVelocity& x = context_.correction;
+    context_.residual = context_.newton_residual;
+    left_ = precondition();
+    enough_ = forcing_share * forcing_share * left_;
+    least_ = rounding_share * left_;
+    norm_ = forcing_share * system_.norm(context_.residual);
+    x = context_.preconditioned;
+    VelocitySystem::axpy(-1, context_.preconditioned, x);
+    context_.direction = context_.preconditioned;
+  }
+
+  // Returns whether the correction is good enough, or only rounding is left.
+  bool is_corrected() const {
+    return !(left_ > least_) || (left_ <= enough_ && system_.norm(context_.residual) <= norm_);
+  }
+
+  // Does an iteration of conjugate gradients. Returns false if only rounding is left.
+  bool advance_correction() {
+    GeneralizedVelocity &x = context_.correction, &r = context_.residual, &s = context_.direction,
+                        &q = context_.image;
+    system_.apply(s, q);
+    if (problem_.contacts) problem_.contacts->add_differentials(s, q);
+    if (problem_.joints) problem_.joints->add_differentials(s, q);
+    restrict(q);
+    system_.project(q);
+    const double curvature = system_.inner(s, q);
+    if (!(curvature > 0)) return false;
+    VelocitySystem::axpy(left_ / curvature, s, x);
+    VelocitySystem::axpy(-left_ / curvature, q, r);
+    const double next = precondition();
+    VelocitySystem::xpay(context_.preconditioned, next / left_, s);
+    left_ = next;
+    return true;
   }
 
   // Line search: moves V along the correction by its whole length, or to where the residual along it vanishes
@@ -320,6 +368,11 @@ class Search {
   VelocitySystem system_;
   double tolerance_ = 0;          // m/s
   double contact_potential_ = 0;  // J, of contacts and of the drive of joints
+  bool is_factorized_ = false;    // true if context.factor is the preconditioner
+  bool may_factorize_ = true;     // false if the matrix could not be factorized
+  // Of the conjugate gradients: <r, z>, its values at which they end and at which only rounding is left
+  // (kg m^2/s^2), and the norm of r at which they end (m/s).
+  double left_ = 0, enough_ = 0, least_ = 0, norm_ = 0;
 };
 
 }  // namespace

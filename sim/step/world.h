@@ -19,6 +19,7 @@
 #include "sim/solve/island_gradients.h"
 #include "sim/solve/pressure_system.h"
 #include "sim/solve/velocity_blocks.h"
+#include "sim/solve/velocity_factor.h"
 #include "sim/solve/velocity_system.h"
 #include "sim/step/applied_forces.h"
 #include "sim/step/composite_body.h"
@@ -168,6 +169,7 @@ struct StepContext {
       correction,                       ///< Newton's correction; also scratch
       preconditioned;                   ///< scratch: preconditioned residual
   VelocityBlocks blocks;                ///< block preconditioner of Newton's method
+  VelocityFactor factor;                ///< preconditioner of Newton's method for stiff systems
   /// Per deformable body, whether its contact is inside the velocity solve in this step.
   ///
   /// The file sim/step/solved_bodies.cpp says which bodies are chosen.

@@ -203,6 +203,22 @@ void AltitudeSprings::add_force_differentials(const std::vector<Vec3>& dx, std::
   });
 }
 
+void AltitudeSprings::append_blocks(const BlockFactors& factors, std::vector<ParticleBlock>& blocks) const {
+  for (std::size_t b = 0; b < batches_.size(); ++b)
+    for (std::size_t lane = 0; lane < pack_width; ++lane) {
+      const Chosen& chosen = chosen_[b];
+      const auto& order = corners[static_cast<std::size_t>(chosen.altitude[lane])];
+      const Vec3 n(chosen.normal.x[lane], chosen.normal.y[lane], chosen.normal.z[lane]);
+      const Mat3 along =
+          (factors.damping * chosen.viscosity[lane] + factors.elasticity * chosen.stiffness[lane]) * n *
+          n.transpose();
+      for (std::size_t i = 0; i < 4; ++i)
+        for (std::size_t j = 0; j <= i; ++j)
+          append_block(batches_[b].particle[order[i]][lane], batches_[b].particle[order[j]][lane],
+                       chosen.weight[i][lane] * chosen.weight[j][lane] * along, blocks);
+    }
+}
+
 double AltitudeSprings::energy(const std::vector<Vec3>& x) const {
   return parallel_sum(batches_.size(), ScatterAdd::batches_of_block, [&](std::size_t b, double& sum) {
     std::array<vector8, 4> corner;

@@ -14,6 +14,7 @@
 
 #include "sim/base/pack_vector.h"
 #include "sim/deformable/forces/dashpots.h"
+#include "sim/deformable/forces/particle_blocks.h"
 #include "sim/deformable/materials/symmetric_block.h"
 #include "sim/deformable/scatter_add.h"
 #include "sim/geometry/mesh/tet_mesh.h"
@@ -68,6 +69,8 @@ class AltitudeSprings {
   /// The geometric stiffness, which would destabilize an implicit solve, is left out: linear in dx, symmetric
   /// and negative semi-definite.
   void add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force);
+  /// Appends the blocks of the matrix of these forces in the state of the last add_elastic_forces().
+  void append_blocks(const BlockFactors& factors, std::vector<ParticleBlock>& blocks) const;
   /// Returns the elastic energy at the positions `x` (m) with the springs that choose(x) would choose, J.
   double energy(const std::vector<Vec3>& x) const;
 

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "sim/base/matrix3.h"
+#include "sim/deformable/forces/particle_blocks.h"
 #include "sim/deformable/scatter_add.h"
 
 namespace duet {
@@ -97,6 +98,17 @@ inline void spread_columns(const Matrix3<double8>& H, const double8& fourth,
   force[0] = {-(force[1].x + force[2].x + force[3].x), -(force[1].y + force[2].y + force[3].y),
               -(force[1].z + force[2].z + force[3].z)};
   for (std::size_t i = 0; i < slot.size(); ++i) ScatterAdd::spread(slot[i], force[i], fourth, sums);
+}
+
+/// Appends the blocks of two corners of a batch, one for each lane, given by their columns.
+inline void append_lanes(const PackIndex& row, const PackIndex& column, const std::array<vector8, 3>& block,
+                         std::vector<ParticleBlock>& blocks) {
+  for (std::size_t lane = 0; lane < pack_width; ++lane) {
+    Mat3 of_lane;
+    for (std::size_t k = 0; k < 3; ++k)
+      of_lane.col(static_cast<int>(k)) << block[k].x[lane], block[k].y[lane], block[k].z[lane];
+    append_block(row[lane], column[lane], of_lane, blocks);
+  }
 }
 
 /// Adds factor v v^T to the upper triangle of `sum`.

@@ -452,6 +452,40 @@ void FiniteElements::linearize() {
   });
 }
 
+// Column k of the block of the corners i and j is the force on corner i while corner j moves along axis k:
+// V P G_i, where P belongs to the rate e_k G_j^T and G is the gradient of a corner's linear shape function.
+void FiniteElements::append_blocks(const BlockFactors& factors, std::vector<ParticleBlock>& blocks) const {
+  for (std::size_t b = 0; b < batches_.size(); ++b) {
+    const Batch& batch = batches_[b];
+    const Matrix3<double8>& D = batch.inverse_rest;
+    std::array<vector8, corners> G;
+    for (std::size_t i = 1; i < corners; ++i) {
+      const int row = static_cast<int>(i) - 1;
+      G[i] = {D[row][0], D[row][1], D[row][2]};
+    }
+    G[0] = vector8{} - (G[1] + G[2] + G[3]);
+    for (std::size_t j = 0; j < corners; ++j) {
+      std::array<Matrix3<double8>, 3> P;
+      for (int k = 0; k < 3; ++k) {
+        Matrix3<double8> rate{};
+        rate[k][0] = G[j].x;
+        rate[k][1] = G[j].y;
+        rate[k][2] = G[j].z;
+        P[as_index(k)] = (batch.volume * factors.damping) * damping_stress(b, rate);
+        if (factors.elasticity > 0)
+          P[as_index(k)] =
+              P[as_index(k)] + (batch.volume * factors.elasticity) * (differential_[b] * rate);
+      }
+      for (std::size_t i = j; i < corners; ++i)
+        append_lanes(batch.particle[i], batch.particle[j],
+                     {product(P[0], G[i]), product(P[1], G[i]), product(P[2], G[i])}, blocks);
+    }
+  }
+  for (std::size_t p = 0; p < drag_.size(); ++p)
+    append_block(static_cast<int>(p), static_cast<int>(p), factors.damping * drag_[p] * Mat3::Identity(),
+                 blocks);
+}
+
 void FiniteElements::add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force) {
   sums_.fill_from(dx, [&](std::size_t b, const double4* rows, double4* sums) {
     spread_forces(batches_[b], differential_[b] * gradient(batches_[b], rows), double8{}, sums);

@@ -8,6 +8,7 @@
 
 #include "sim/base/matrix3.h"
 #include "sim/base/types.h"
+#include "sim/deformable/forces/particle_blocks.h"
 #include "sim/deformable/gradient_scatter.h"
 #include "sim/deformable/materials/compression_stiffness.h"
 #include "sim/deformable/materials/material_model.h"
@@ -124,6 +125,9 @@ class FiniteElements {
   /// It is linear in dx, symmetric and negative semi-definite, because the Hessian of each element is
   /// projected.
   void add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force);
+  /// Appends the blocks of the matrix of these forces in the state of the last add_elastic_forces(),
+  /// with elasticity that of the last linearize().
+  void append_blocks(const BlockFactors& factors, std::vector<ParticleBlock>& blocks) const;
   /// Computes the stress differentials at the last deformation gradients.
   void linearize();
   /// Returns the elastic energy at the positions `x` (m), J.

@@ -170,6 +170,11 @@ void InternalForces::add_force_differentials(const std::vector<Vec3>& dx, std::v
   for_each_other(*this, [&](auto& other) { other.add_force_differentials(dx, force); });
 }
 
+void InternalForces::append_blocks(const BlockFactors& factors, std::vector<ParticleBlock>& blocks) const {
+  elements.append_blocks(factors, blocks);
+  for_each_other(*this, [&](const auto& other) { other.append_blocks(factors, blocks); });
+}
+
 void InternalForces::linearize() { elements.linearize(); }
 
 double InternalForces::energy(const std::vector<Vec3>& x) const {

@@ -92,6 +92,9 @@ class InternalForces {
   /// linearize() must have been called for that state. The part that would destabilize an implicit solve is
   /// left out: linear in dx, symmetric and negative semi-definite.
   void add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force);
+  /// Appends the blocks of minus the derivative of `factors` times these forces: of add_damping_forces() and
+  /// add_force_differentials(), whose matrix they add up to.
+  void append_blocks(const BlockFactors& factors, std::vector<ParticleBlock>& blocks) const;
   /// Prepares add_force_differentials() for the state of the last add_elastic_forces().
   void linearize();
   /// Returns the elastic energy at the positions `x` (m), J.

@@ -159,6 +159,40 @@ void Membranes::add_force_differentials(const std::vector<Vec3>& dx, std::vector
   });
 }
 
+Membranes::Columns Membranes::system_stress(const Batch& batch, const BlockFactors& factors,
+                                            const Columns& rate) {
+  const Columns material = times(batch.F, stress(batch, strain_rate(batch.F, rate)));
+  const Columns geometric = times(rate, batch.tension);
+  const double8 elasticity = double8{} + factors.elasticity,
+                of_material = factors.damping * batch.damping + elasticity;
+  return {of_material * material.x + elasticity * geometric.x,
+          of_material * material.y + elasticity * geometric.y};
+}
+
+// Column k of the block of the corners i and j is the force on corner i while corner j moves along axis k:
+// A P g_i, where P belongs to the rate e_k g_j^T and g is the gradient of a corner's linear shape function.
+void Membranes::append_blocks(const BlockFactors& factors, std::vector<ParticleBlock>& blocks) const {
+  for (const Batch& batch : batches_) {
+    const double8(&D)[2][2] = batch.inverse;
+    const std::array<std::array<double8, 2>, 3> g{
+        {{-(D[0][0] + D[1][0]), -(D[0][1] + D[1][1])}, {D[0][0], D[0][1]}, {D[1][0], D[1][1]}}};
+    std::array<std::array<Columns, 3>, 3> P;  // by corner j and axis k
+    for (std::size_t j = 0; j < 3; ++j) {
+      const double8 none{};
+      P[j][0] = system_stress(batch, factors, {{g[j][0], none, none}, {g[j][1], none, none}});
+      P[j][1] = system_stress(batch, factors, {{none, g[j][0], none}, {none, g[j][1], none}});
+      P[j][2] = system_stress(batch, factors, {{none, none, g[j][0]}, {none, none, g[j][1]}});
+    }
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t j = 0; j <= i; ++j) {
+        std::array<vector8, 3> column;
+        for (std::size_t k = 0; k < 3; ++k)
+          column[k] = batch.area * (g[i][0] * P[j][k].x + g[i][1] * P[j][k].y);
+        append_lanes(batch.particle[i], batch.particle[j], column, blocks);
+      }
+  }
+}
+
 double Membranes::energy(const std::vector<Vec3>& x) const {
   return parallel_sum(batches_.size(), ScatterAdd::batches_of_block, [&](std::size_t b, double& sum) {
     const Batch& batch = batches_[b];

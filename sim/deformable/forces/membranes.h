@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "sim/base/pack_vector.h"
+#include "sim/deformable/forces/particle_blocks.h"
 #include "sim/deformable/scatter_add.h"
 #include "sim/geometry/mesh/tet_mesh.h"
 
@@ -59,6 +60,8 @@ class Membranes {
   /// The lateral push of compressed triangles, which would destabilize an implicit solve, is left out: linear
   /// in dx, symmetric and negative semi-definite.
   void add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force);
+  /// Appends the blocks of the matrix of these forces in the state of the last add_elastic_forces().
+  void append_blocks(const BlockFactors& factors, std::vector<ParticleBlock>& blocks) const;
   /// Returns the elastic energy at the positions `x` (m), J.
   double energy(const std::vector<Vec3>& x) const;
 
@@ -112,6 +115,9 @@ class Membranes {
   static Symmetric2 strain_rate(const Columns& F, const Columns& rate);
   // Returns F S.
   static Columns times(const Columns& F, const Symmetric2& S);
+  // Returns the damping stress and the differential of the elastic stress for the rate `rate` of F, weighted
+  // with the factors, N s/m.
+  static Columns system_stress(const Batch& batch, const BlockFactors& factors, const Columns& rate);
   template <class Stress>
   void add_forces(std::vector<Vec3>& totals, Stress&& stress_of);
 

@@ -161,6 +161,30 @@ void Springs<N, R>::add_force_differentials(const std::vector<Vec3>& dx, std::ve
 }
 
 template <std::size_t N, std::size_t R>
+Mat3 Springs<N, R>::Row::block(std::size_t lane, const BlockFactors& factors) const {
+  const Vec3 u(direction.x[lane], direction.y[lane], direction.z[lane]);
+  const double geometric = factors.elasticity * geometric_stiffness[lane];
+  const double along = factors.damping * viscosity[lane] + factors.elasticity * stiffness[lane] - geometric;
+  return along * u * u.transpose() + geometric * Mat3::Identity();
+}
+
+template <std::size_t N, std::size_t R>
+void Springs<N, R>::append_blocks(const BlockFactors& factors, std::vector<ParticleBlock>& blocks) const {
+  for (const Batch& batch : batches_)
+    for (std::size_t lane = 0; lane < pack_width; ++lane) {
+      std::array<Mat3, R> of_row;
+      for (std::size_t r = 0; r < R; ++r) of_row[r] = batch.row[r].block(lane, factors);
+      for (std::size_t i = 0; i < N; ++i)
+        for (std::size_t j = 0; j <= i; ++j) {
+          Mat3 sum = Mat3::Zero();
+          for (std::size_t r = 0; r < R; ++r)
+            sum += batch.row[r].weight[i][lane] * batch.row[r].weight[j][lane] * of_row[r];
+          append_block(batch.particle[i][lane], batch.particle[j][lane], sum, blocks);
+        }
+    }
+}
+
+template <std::size_t N, std::size_t R>
 double Springs<N, R>::energy(const std::vector<Vec3>& x) const {
   return parallel_sum(batches_.size(), ScatterAdd::batches_of_block, [&](std::size_t b, double& sum) {
     std::array<vector8, N> here;

@@ -14,6 +14,7 @@
 
 #include "sim/base/pack_vector.h"
 #include "sim/deformable/forces/dashpots.h"
+#include "sim/deformable/forces/particle_blocks.h"
 #include "sim/deformable/materials/symmetric_block.h"
 #include "sim/deformable/scatter_add.h"
 
@@ -90,6 +91,8 @@ class Springs {
   /// The lateral push of compressed springs, which would destabilize an implicit solve, is left out: linear
   /// in dx, symmetric and negative semi-definite.
   void add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force);
+  /// Appends the blocks of the matrix of these forces in the state of the last add_elastic_forces().
+  void append_blocks(const BlockFactors& factors, std::vector<ParticleBlock>& blocks) const;
   /// Returns the elastic energy at the positions `x` (m), J.
   double energy(const std::vector<Vec3>& x) const;
 
@@ -120,6 +123,9 @@ class Springs {
     vector8 direction;                          // u then
     double8 geometric_stiffness;  // N/m, geometric stiffness k (1 - L / |d|) then, or 0 if that is negative
 
+    // Returns the block of the springs of `lane` between their points, kg: that of two particles is w_i w_j
+    // times it.
+    Mat3 block(std::size_t lane, const BlockFactors& factors) const;
     // Returns sum w_i of `values`, those of the particles.
     vector8 difference(const std::array<vector8, N>& values) const;
   };

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "sim/base/types.h"
+#include "sim/deformable/forces/particle_blocks.h"
 
 namespace duet {
 
@@ -39,6 +40,8 @@ class ZeroLengthSprings {
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) const;
   /// Adds the change of the elastic forces for displacements `dx` (m) to `force` (N).
   void add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force) const;
+  /// Appends the blocks of the matrix of these forces.
+  void append_blocks(const BlockFactors& factors, std::vector<ParticleBlock>& blocks) const;
   /// Returns the elastic energy at the positions `x` (m), J.
   double energy(const std::vector<Vec3>& x) const;
 

@@ -151,6 +151,35 @@ TEST_P(AnyModel, ForceDifferentialsAreTheDerivativeOfTheForces) {
     EXPECT_LT((differential[i] - (up[i] - down[i]) / (2 * h)).norm(), 1e-6 * largest);
 }
 
+// The blocks add up to the matrix of damping forces, with drag, and force differentials, to rounding. Some
+// elements are inverted, and the damping of strongly compressed ones is among the forces.
+TEST_P(AnyModel, BlocksAddUpToTheMatrixOfTheForces) {
+  Block block(3, GetParam(), 0.5);
+  block.elements.rely_on_damping(0.9, 0.1);
+  block.elements.set_time_step(0.01);
+  const std::vector<Vec3> x = block.moved(block.random_field(9, 0.3)), v = block.random_field(10, 1);
+  std::vector<Vec3> unused = zeros(x.size()), damping = zeros(x.size()), differential = zeros(x.size());
+  block.elements.add_elastic_forces(x, unused);
+  block.elements.linearize();
+  block.elements.add_damping_forces(v, damping);
+  block.elements.add_force_differentials(v, differential);
+  for (const BlockFactors factors : {BlockFactors{0.7, 0}, {0.7, 0.02}}) {
+    std::vector<ParticleBlock> blocks;
+    block.elements.append_blocks(factors, blocks);
+    std::vector<Vec3> sum = zeros(x.size());
+    for (const ParticleBlock& entry : blocks) {
+      const auto row = static_cast<std::size_t>(entry.row), column = static_cast<std::size_t>(entry.column);
+      sum[row] += entry.block * v[column];
+      if (row != column) sum[column] += entry.block.transpose() * v[row];
+    }
+    double scale = 0;
+    for (const Vec3& f : sum) scale = std::max(scale, f.norm());
+    for (std::size_t i = 0; i < x.size(); ++i)
+      EXPECT_LT((sum[i] + factors.damping * damping[i] + factors.elasticity * differential[i]).norm(),
+                1e-12 * scale);
+  }
+}
+
 // With many inverted elements the projected stiffness is still symmetric and never adds energy, as the
 // conjugate gradients of implicit steps need it.
 TEST_P(AnyModel, InvertedElementsHavePositiveSemidefiniteStiffness) {

@@ -120,6 +120,17 @@ double largest(const std::vector<Vec3>& field) {
   return most;
 }
 
+// Returns the product of a matrix over particles with `v`.
+std::vector<Vec3> product(const std::vector<ParticleBlock>& blocks, const std::vector<Vec3>& v) {
+  std::vector<Vec3> sum = zeros(v.size());
+  for (const ParticleBlock& block : blocks) {
+    const auto row = static_cast<std::size_t>(block.row), column = static_cast<std::size_t>(block.column);
+    sum[row] += block.block * v[column];
+    if (row != column) sum[column] += block.block.transpose() * v[row];
+  }
+  return sum;
+}
+
 // The force is -dE/dx by central differences, to 1e-6 of the largest force.
 TEST(InternalForces, AreTheGradientOfTheEnergy) {
   for (Specimen& s : specimens()) {
@@ -502,6 +513,27 @@ TEST(AltitudeSprings, PushAnInvertedTetBack) {
     std::vector<Vec3> force = zeros(4);
     springs.add_elastic_forces(x, force, none);
     EXPECT_LT(force[3].y() + (force[3].y() == 0 ? force[0].y() : 0), 0) << height;
+  }
+}
+
+// The blocks add up to the matrix of damping forces and force differentials, to rounding.
+TEST(InternalForces, BlocksAddUpToTheMatrixOfTheirForces) {
+  for (Specimen& s : specimens()) {
+    SCOPED_TRACE(s.name);
+    const std::vector<Vec3> x = s.moved(1, 0.1), v = s.field(2, 1);
+    s.forces.choose_altitudes(x);
+    s.elastic(x);
+    const std::vector<Vec3> damping = s.damping(v), differential = s.differential(v);
+    for (const BlockFactors factors : {BlockFactors{0.7, 0}, {0, 0.3}, {0.7, 0.3}}) {
+      std::vector<ParticleBlock> blocks;
+      s.forces.append_blocks(factors, blocks);
+      std::vector<Vec3> sum = product(blocks, v);
+      const double scale = largest(sum);
+      ASSERT_GT(scale, 0);
+      for (std::size_t i = 0; i < v.size(); ++i)
+        sum[i] += factors.damping * damping[i] + factors.elasticity * differential[i];
+      EXPECT_LT(largest(sum), 1e-12 * scale) << factors.damping << ' ' << factors.elasticity;
+    }
   }
 }
 
