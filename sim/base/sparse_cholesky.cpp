@@ -104,6 +104,7 @@ void join_neighbors(int row, int eliminated, const std::vector<int>& others, boo
 
 bool SparseCholesky::factorize(std::size_t size, const std::vector<SparseBlock>& blocks,
                                std::size_t max_products) {
+  if (products_ > max_products) forget();
   if (size != place_.size() || !fill(blocks)) {
     if (!analyze(size, blocks, max_products)) {
       forget();
@@ -117,6 +118,7 @@ bool SparseCholesky::factorize(std::size_t size, const std::vector<SparseBlock>&
 void SparseCholesky::forget() {
   neighbors_.clear();
   place_.clear();
+  products_ = 0;
 }
 
 bool SparseCholesky::analyze(std::size_t size, const std::vector<SparseBlock>& blocks,
@@ -128,7 +130,7 @@ bool SparseCholesky::analyze(std::size_t size, const std::vector<SparseBlock>& b
   std::vector<int> order, scratch;
   std::vector<int> joined;  // rows that are all neighbors of each other
   place_.assign(size, 0);
-  std::size_t products = 0;
+  products_ = 0;
   while (order.size() < size) {
     const int next = left.take();
     place_[as_index(next)] = static_cast<int>(order.size());
@@ -136,8 +138,8 @@ bool SparseCholesky::analyze(std::size_t size, const std::vector<SparseBlock>& b
     const std::vector<int>& around = neighbors[as_index(next)];
     // These rows are neighbors of each other from now on: the last ones need c^3 / 6 products by themselves.
     const std::size_t clique = around.size() + 1;
-    if (products + clique * clique * clique / 6 > max_products) return false;
-    products += clique * (clique + 1) / 2;
+    if (products_ + clique * clique * clique / 6 > max_products) return false;
+    products_ += clique * (clique + 1) / 2;
     const bool are_joined = std::includes(joined.begin(), joined.end(), around.begin(), around.end());
     for (const int row : around) {
       std::vector<int>& of_row = neighbors[as_index(row)];

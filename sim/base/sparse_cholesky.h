@@ -51,6 +51,7 @@ class SparseCholesky {
 
   // For each block row: the rows with which it shares a block, ascending, in all matrices so far.
   std::vector<std::vector<int>> neighbors_;
+  std::size_t products_ = 0;        // of blocks, in a factorization
   std::vector<int> place_;          // for each block row: when it is eliminated; below, rows have this number
   std::vector<std::size_t> first_;  // for each column: its first entry in row_; one entry past the last
   std::vector<int> row_;            // rows of the blocks below the diagonal, ascending in each column

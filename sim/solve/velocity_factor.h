@@ -54,7 +54,7 @@ class VelocityFactor {
                                    // angular velocity; -1: none
       bound_;                      // for each particle: its index in Bodies::bound; -1: it is not embedded
   std::size_t rows_ = 0;
-  std::vector<ParticleBlock> forces_;  // scratch
+  std::vector<ParticleBlock> forces_;   // scratch
   std::vector<ResponseRow> responses_;  // scratch
   std::vector<SparseBlock> blocks_;     // kg
   std::vector<Vec3> values_;            // scratch of apply()

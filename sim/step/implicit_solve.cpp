@@ -66,8 +66,8 @@ constexpr double weight_share = 0.1;
 constexpr double rounding = 1e-14;  // relative rounding error of the residual of a solve
 
 // Number of iterations of conjugate gradients after which the matrix of a search is factorized: with diagonal
-// blocks, half of what the default bound allows, as well conditioned systems need fewer; with the factor of an
-// earlier correction, about as many as take the time of a factorization.
+// blocks, half of what the default bound allows, as well conditioned systems need fewer; with the factor of
+// an earlier correction, about as many as take the time of a factorization.
 constexpr int slow_iterations = 100, stale_iterations = 10;
 
 // A search ends, because rounding bounds it, if this many iterations in a row leave more than the fraction
@@ -254,7 +254,8 @@ class Search {
     return incremental_potential(world_, context_, problem_.dt) + contact_potential_;
   }
 
-  // Factorizes the matrix of the system for precondition(), unless that takes too long. Returns whether it has.
+  // Factorizes the matrix of the system for precondition(), unless that takes too long. Returns whether it
+  // has.
   bool factorize() {
     const ImplicitForces forces =
         problem_.is_elastic ? ImplicitForces::damping_and_elasticity : ImplicitForces::damping;

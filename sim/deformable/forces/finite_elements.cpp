@@ -473,8 +473,7 @@ void FiniteElements::append_blocks(const BlockFactors& factors, std::vector<Part
         rate[k][2] = G[j].z;
         P[as_index(k)] = (batch.volume * factors.damping) * damping_stress(b, rate);
         if (factors.elasticity > 0)
-          P[as_index(k)] =
-              P[as_index(k)] + (batch.volume * factors.elasticity) * (differential_[b] * rate);
+          P[as_index(k)] = P[as_index(k)] + (batch.volume * factors.elasticity) * (differential_[b] * rate);
       }
       for (std::size_t i = j; i < corners; ++i)
         append_lanes(batch.particle[i], batch.particle[j],

@@ -23,8 +23,8 @@ inline void append_block(int row, int column, const Mat3& block, std::vector<Par
 /// How much of each force the blocks hold. They are those of minus the derivative of
 /// damping F_d(v) + elasticity dF(v) by the velocities v of the particles.
 struct BlockFactors {
-  double damping = 0,     ///< s, factor of the damping forces F_d
-      elasticity = 0;     ///< s^2, factor of the force differentials dF
+  double damping = 0,  ///< s, factor of the damping forces F_d
+      elasticity = 0;  ///< s^2, factor of the force differentials dF
 };
 
 }  // namespace duet

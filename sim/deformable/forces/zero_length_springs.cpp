@@ -42,11 +42,10 @@ void ZeroLengthSprings::add_force_differentials(const std::vector<Vec3>& dx, std
   add_elastic_forces(dx, force);
 }
 
-void ZeroLengthSprings::append_blocks(const BlockFactors& factors,
-                                      std::vector<ParticleBlock>& blocks) const {
+void ZeroLengthSprings::append_blocks(const BlockFactors& factors, std::vector<ParticleBlock>& blocks) const {
   for (const ZeroLengthSpring& spring : springs_) {
-    const Mat3 along = (factors.damping * spring.viscosity + factors.elasticity * spring.stiffness) *
-                       Mat3::Identity();
+    const Mat3 along =
+        (factors.damping * spring.viscosity + factors.elasticity * spring.stiffness) * Mat3::Identity();
     append_block(spring.a, spring.a, along, blocks);
     append_block(spring.b, spring.b, along, blocks);
     append_block(spring.a, spring.b, -along, blocks);

@@ -25,8 +25,8 @@ Vec3 box_normal(const Vec3& half, const Vec3& x) {
   const Vec3 excess = x.cwiseAbs() - half;
   int axis = excess[1] > excess[0] ? 1 : 0;
   if (excess[2] > excess[axis]) axis = 2;
-  const Vec3 size = excess[axis] <= 0 ? Vec3(axis == 0, axis == 1, axis == 2)
-                                      : Vec3(excess.cwiseMax(0).normalized());
+  const Vec3 size =
+      excess[axis] <= 0 ? Vec3(axis == 0, axis == 1, axis == 2) : Vec3(excess.cwiseMax(0).normalized());
   return {std::copysign(size.x(), x.x()), std::copysign(size.y(), x.y()), std::copysign(size.z(), x.z())};
 }
 

@@ -39,8 +39,8 @@ class System {
     contacts_.append_rows(rows);
     return rows.size();
   }
-  // Returns the largest error of the velocities that the factor finds for the operator's image of random ones,
-  // relative to the largest of these.
+  // Returns the largest error of the velocities that the factor finds for the operator's image of random
+  // ones, relative to the largest of these.
   double error(ImplicitForces forces) {
     VelocitySystem system(bodies(), dt, forces, nullptr, force_, inertia_);
     VelocityFactor factor;
