@@ -36,15 +36,15 @@ void visit_state(World& world, std::int64_t& frame, double& omega_squared, Visit
     visit(&state.velocity, sizeof(Vec3));
     visit(&rotation_variable(state, rigid.properties[i]), sizeof(Vec3));
   }
-  GeneralizedVelocity& acceleration = world.context.acceleration;
+  GeneralizedVelocity& acceleration = world.last_step.acceleration;
   for (std::vector<Vec3>* values : {&acceleration.particle, &acceleration.linear, &acceleration.angular})
     visit(values->data(), values->size() * sizeof(Vec3));
-  std::vector<Vec3>& friction = world.context.surface_friction_n;
+  std::vector<Vec3>& friction = world.last_step.surface_friction;
   visit(friction.data(), friction.size() * sizeof(Vec3));
-  RigidForces& drive = world.context.joint_drive_n;
+  RigidForces& drive = world.last_step.joint_drive;
   for (std::vector<Vec3>* values : {&drive.linear, &drive.angular})
     visit(values->data(), values->size() * sizeof(Vec3));
-  for (std::vector<double>* values : {&world.context.control_angle, &world.context.pressure_n})
+  for (std::vector<double>* values : {&world.last_step.control_angle, &world.last_step.pressure})
     visit(values->data(), values->size() * sizeof(double));
 }
 
@@ -206,8 +206,8 @@ auto name_of(const CachedContact& contact) {
 
 void pack_state(World& world, std::int64_t frame, std::vector<unsigned char>& bytes) {
   double frequency = world.bodies.forces.max_omega_squared();
-  const PairForces& pairs = world.context.pair_forces_n;
-  const ContactCache& memory = world.context.contact_cache;
+  const PairForces& pairs = world.last_step.pair_forces;
+  const ContactCache& memory = world.last_step.contact_cache;
   const std::uint64_t pair_count = pairs.size();
   std::size_t size =
       sizeof pair_count + pairs.size() * sizeof(PairForce) + memory.size() * sizeof(CachedContact);
@@ -246,11 +246,11 @@ void unpack_state(const std::vector<unsigned char>& bytes, World& world, std::in
   check_size();
   if ((bytes.size() - needed) % sizeof(CachedContact) != 0)
     refuse("it has {} bytes where {} and whole contacts are needed", bytes.size(), needed);
-  PairForces& pairs = world.context.pair_forces_n;
+  PairForces& pairs = world.last_step.pair_forces;
   pairs.resize(pair_count);
   for (PairForce& pair : pairs) take(&pair, sizeof pair);
   // The cached contacts follow, as many as there were when the state was saved.
-  ContactCache& memory = world.context.contact_cache;
+  ContactCache& memory = world.last_step.contact_cache;
   memory.resize((bytes.size() - needed) / sizeof(CachedContact));
   for (CachedContact& contact : memory) take(&contact, sizeof contact);
   world.bodies.forces.set_max_omega_squared(frequency);
@@ -266,18 +266,18 @@ void check_state(const World& loaded, std::int64_t frame, const std::vector<Rigi
   if (!(frequency >= 0 && is_sound(frequency))) refuse("its bound on frequencies is not finite");
   check_particles(loaded);
   check_rigid(bodies.rigid, built);
-  const GeneralizedVelocity& acceleration = loaded.context.acceleration;
+  const GeneralizedVelocity& acceleration = loaded.last_step.acceleration;
   for (const std::vector<Vec3>* values :
        {&acceleration.particle, &acceleration.linear, &acceleration.angular})
     check_all(std::span(*values), "the last solve", "acceleration");
-  check_all(std::span(loaded.context.surface_friction_n), "the last step", "friction between surfaces");
-  const RigidForces& drive = loaded.context.joint_drive_n;
+  check_all(std::span(loaded.last_step.surface_friction), "the last step", "friction between surfaces");
+  const RigidForces& drive = loaded.last_step.joint_drive;
   for (const std::vector<Vec3>* values : {&drive.linear, &drive.angular})
     check_all(std::span(*values), "the last step", "force of joints");
-  check_all(std::span<const double>(loaded.context.control_angle), "the joints", "angle");
-  check_all(std::span<const double>(loaded.context.pressure_n), "the last solve", "pressure");
-  check_pairs(bodies, loaded.context.pair_forces_n);
-  const ContactCache& memory = loaded.context.contact_cache;
+  check_all(std::span<const double>(loaded.last_step.control_angle), "the joints", "angle");
+  check_all(std::span<const double>(loaded.last_step.pressure), "the last solve", "pressure");
+  check_pairs(bodies, loaded.last_step.pair_forces);
+  const ContactCache& memory = loaded.last_step.contact_cache;
   for (std::size_t i = 0; i < memory.size(); ++i) check_contact(bodies, memory[i], i);
   if (!std::is_sorted(memory.begin(), memory.end(),
                       [](const CachedContact& a, const CachedContact& b) { return name_of(a) < name_of(b); }))

@@ -87,7 +87,7 @@ struct Simulation::Impl {
   // Adds the bodies that were pinched in the step that began at `time` (s) to the statistics of the frame.
   void add_pinches(double time) {
     const Bodies& bodies = world().bodies;
-    for (const Pinch& pinch : world().context.contacts.pinches) {
+    for (const Pinch& pinch : world().context.contact.contacts.pinches) {
       const duet::DeformableBody& guest = bodies.deformable[as_index(pinch.guest_deformable)];
       const std::string &first = bodies.rigid.name[as_index(pinch.first)],
                         &second = bodies.rigid.name[as_index(pinch.second)];

@@ -245,23 +245,23 @@ void carry_over(World& from, World& to) {
     const auto before = find_by_name(joints, joint.name);
     if (before == joints.end()) continue;
     joint.control.target = before->control.target;
-    if (!to.context.control_angle.empty() && !from.context.control_angle.empty())
-      to.context.control_angle[j] = from.context.control_angle[as_index(before - joints.begin())];
+    if (!to.last_step.control_angle.empty() && !from.last_step.control_angle.empty())
+      to.last_step.control_angle[j] = from.last_step.control_angle[as_index(before - joints.begin())];
   }
-  to.context.acceleration = from.context.acceleration;
-  if (to.context.surface_friction_n.size() == from.context.surface_friction_n.size())
-    to.context.surface_friction_n = from.context.surface_friction_n;
-  if (to.context.joint_drive_n.linear.size() == from.context.joint_drive_n.linear.size())
-    to.context.joint_drive_n = from.context.joint_drive_n;
-  if (to.context.pressure_n.size() == from.context.pressure_n.size())
-    to.context.pressure_n = from.context.pressure_n;
+  to.last_step.acceleration = from.last_step.acceleration;
+  if (to.last_step.surface_friction.size() == from.last_step.surface_friction.size())
+    to.last_step.surface_friction = from.last_step.surface_friction;
+  if (to.last_step.joint_drive.linear.size() == from.last_step.joint_drive.linear.size())
+    to.last_step.joint_drive = from.last_step.joint_drive;
+  if (to.last_step.pressure.size() == from.last_step.pressure.size())
+    to.last_step.pressure = from.last_step.pressure;
   if (to.bodies.particles.size() == from.bodies.particles.size())
-    to.context.pair_forces_n = from.context.pair_forces_n;
+    to.last_step.pair_forces = from.last_step.pair_forces;
   // Cached contacts name points, edges and faces by their numbers.
   if (to.bodies.points.size() == from.bodies.points.size() &&
       to.bodies.edges.size() == from.bodies.edges.size() &&
       to.bodies.triangles.size() == from.bodies.triangles.size())
-    to.context.contact_cache = from.context.contact_cache;
+    to.last_step.contact_cache = from.last_step.contact_cache;
   // Bodies of a joint, and bones in flesh, overlap: if they could touch now, they would be thrown apart.
   add_pairs(from.bodies.collision_exclusions, to.bodies.collision_exclusions);
   add_pairs(from.bodies.collision_exclusions_deformable, to.bodies.collision_exclusions_deformable);

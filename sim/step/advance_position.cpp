@@ -8,11 +8,11 @@ void advance_position(World& world, StepContext& context) {
   for (std::size_t p = 0; p < particles.size(); ++p) particles.x[p] += context.dt * particles.v[p];
   RigidBodies& rigid = world.bodies.rigid;
   if (world.has(Effect::articulation) && world.settings.orientation == OrientationUpdate::exact)
-    context.free_motion.begin(context.joints, rigid, world.gravity, context.dt);
+    context.joints.free_motion.begin(context.joints.solver, rigid, world.gravity, context.dt);
   for (std::size_t i = 0; i < rigid.size(); ++i) {
     if (!rigid.properties[i].is_dynamic()) continue;
     rigid.state[i].pose = evolved_pose(rigid.state[i], context.dt, world.settings.orientation);
-    context.rigid_n[i].delay = rigid.state[i].delay;  // for the ledger
+    context.states.rigid_n[i].delay = rigid.state[i].delay;  // for the ledger
     rigid.state[i].delay.setZero();
     update_orientation_dependents(rigid.state[i], rigid.properties[i]);
   }
@@ -21,20 +21,20 @@ void advance_position(World& world, StepContext& context) {
 }
 
 void push_out(World& world, StepContext& context) {
+  ContactStage& contact = context.contact;
   const PushOutSettings& settings = world.settings.push_out;
   if (!settings.rigid_pairs && world.has(Effect::rigid_contact))
-    separate_rigid_bodies(world.bodies, context.articulated_response.prepared(), context.graph,
-                          settings.iterations, context.contacts, context.separation_scratch);
+    separate_rigid_bodies(world.bodies, context.joints.response.prepared(), contact.graph,
+                          settings.iterations, contact.contacts, contact.separation);
   if (settings.rigid_pairs || world.has(Effect::rigid_deformable_contact))
-    resolve_interpenetration(world.bodies, context.graph, settings, context.contacts,
-                             context.push_out_scratch);
+    resolve_interpenetration(world.bodies, contact.graph, settings, contact.contacts, contact.push_out);
   check_finite(world, Stage::push_out);
 }
 
 // Rotation is restored as angular momentum, so that angular velocities follow from the orientations at
 // x^{n+1}.
 void return_to_collided(World& world, StepContext& context) {
-  restore_velocities(context.v_hat_n, world.bodies);
+  restore_velocities(context.states.v_hat_n, world.bodies);
 }
 
 }  // namespace duet

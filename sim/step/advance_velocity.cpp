@@ -30,35 +30,36 @@ void add_applied(const World& world, double dt, GeneralizedVelocity& v) {
 // Gyroscopic motion needs no force, because the solve leaves angular momentum as it is. `known` are the
 // forces from outside the solve.
 void begin_solve(World& world, StepContext& context, double dt, const KnownForces& known) {
+  VelocitySolve& solve = context.solve;
   Bodies& bodies = world.bodies;
   const double at = dt / context.dt;
-  to_generalized(bodies, context.right_side);
+  to_generalized(bodies, solve.right_side);
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
-    if (bodies.rigid.properties[i].is_dynamic()) context.right_side.linear[i] += dt * world.gravity;
-  add_joint_drive(bodies, *known.drive, dt, context.right_side);
-  add_applied(world, known.applied_for, context.right_side);
+    if (bodies.rigid.properties[i].is_dynamic()) solve.right_side.linear[i] += dt * world.gravity;
+  add_joint_drive(bodies, *known.drive, dt, solve.right_side);
+  add_applied(world, known.applied_for, solve.right_side);
   for (const KinematicStep& step : context.kinematic) {
     const RigidState& start = bodies.rigid.state[step.body];
     const auto reached = [&](const Vec3& from, const Vec3& to) { return Vec3((1 - at) * from + at * to); };
-    context.right_side.linear[step.body] = reached(start.velocity, step.end.velocity);
-    context.right_side.angular[step.body] = reached(start.angular_velocity, step.end.angular_velocity);
+    solve.right_side.linear[step.body] = reached(start.velocity, step.end.velocity);
+    solve.right_side.angular[step.body] = reached(start.angular_velocity, step.end.angular_velocity);
   }
-  follow_twists(bodies.bound, context.right_side.linear, context.right_side.angular,
-                context.right_side.particle);
+  follow_twists(bodies.bound, solve.right_side.linear, solve.right_side.angular, solve.right_side.particle);
 }
 
-// Sets the active set of a solve at the fraction `at` of the step: the constraints that context.solution
-// violates, and those that it violates once these are satisfied.
+// Sets the active set of a solve at the fraction `at` of the step: the constraints that
+// context.solve.solution violates, and those that it violates once these are satisfied.
 void activate_constraints(const Bodies& bodies, double at, StepContext& context,
                           ContactProjection& projection) {
-  to_generalized(bodies, context.image);  // v^n
-  if (projection.choose(context.dt, at, context.image, context.solution)) return;
-  GeneralizedVelocity& held = context.correction;
+  VelocitySolve& solve = context.solve;
+  to_generalized(bodies, solve.image);  // v^n
+  if (projection.choose(context.dt, at, solve.image, solve.solution)) return;
+  GeneralizedVelocity& held = solve.correction;
   do {
-    held = context.solution;
+    held = solve.solution;
     projection.satisfy(held);
     follow_twists(bodies.bound, held.linear, held.angular, held.particle);
-  } while (projection.activate_violated(context.dt, at, context.image, held));
+  } while (projection.activate_violated(context.dt, at, solve.image, held));
 }
 
 // Applies friction forces between surfaces (N, none if empty) for `dt` (s) to the right side and to the start
@@ -68,11 +69,11 @@ void add_surface_friction(const Bodies& bodies, double dt, const std::vector<Vec
                           StepContext& context) {
   if (force.empty()) return;
   for (std::size_t d = 0; d < bodies.deformable.size(); ++d) {
-    if (!context.solved_bodies.empty() && context.solved_bodies[d]) continue;
+    if (!context.solved.bodies.empty() && context.solved.bodies[d]) continue;
     for_each_particle(bodies.deformable[d], [&](std::size_t p) {
       const Vec3 change = dt * bodies.particles.inverse_mass[p] * force[p];
-      context.right_side.particle[p] += change;
-      context.solution.particle[p] += change;
+      context.solve.right_side.particle[p] += change;
+      context.solve.solution.particle[p] += change;
     });
   }
 }
@@ -82,78 +83,79 @@ void add_surface_friction(const Bodies& bodies, double dt, const std::vector<Vec
 // the constraints.
 void satisfy_contacts(const Bodies& bodies, double dt, const std::vector<Vec3>& surface_friction,
                       StepContext& context, ContactProjection* projection) {
+  VelocitySolve& solve = context.solve;
   if (!projection) return;
   const double at = dt / context.dt;
   activate_constraints(bodies, at, context, *projection);
   const double share = 2 * at;  // the impulses are those of half a step
-  projection->add_friction(share, context.right_side);
-  projection->add_friction(share, context.solution);
+  projection->add_friction(share, solve.right_side);
+  projection->add_friction(share, solve.solution);
   add_surface_friction(bodies, dt, surface_friction, context);
-  projection->satisfy(context.solution);
-  follow_twists(bodies.bound, context.right_side.linear, context.right_side.angular,
-                context.right_side.particle);
-  follow_twists(bodies.bound, context.solution.linear, context.solution.angular, context.solution.particle);
+  projection->satisfy(solve.solution);
+  follow_twists(bodies.bound, solve.right_side.linear, solve.right_side.angular, solve.right_side.particle);
+  follow_twists(bodies.bound, solve.solution.linear, solve.solution.angular, solve.solution.particle);
 }
 
-// Sets solution to v + dt a, where a is the acceleration of the last solve: conjugate gradients start there.
-// Held particles and bodies that are not dynamic take the velocities of the right side, bound particles those
-// of their bodies, and the constraints of `projection` hold.
-void begin_at_last_acceleration(const Bodies& bodies, double dt, StepContext& context,
-                                const ContactProjection* projection) {
-  const GeneralizedVelocity& a = context.acceleration;
-  to_generalized(bodies, context.solution);
+// Sets the solution to v + dt a, where a is the acceleration of the last solve (LastStep::acceleration):
+// conjugate gradients start there. Held particles and bodies that are not dynamic take the velocities of the
+// right side, bound particles those of their bodies, and the constraints of `projection` hold.
+void begin_at_last_acceleration(const Bodies& bodies, const GeneralizedVelocity& a, double dt,
+                                StepContext& context, const ContactProjection* projection) {
+  VelocitySolve& solve = context.solve;
+  to_generalized(bodies, solve.solution);
   for (std::size_t p = 0; p < bodies.particles.size(); ++p)
-    context.solution.particle[p] = is_held(bodies.particles, p)
-                                       ? context.right_side.particle[p]
-                                       : Vec3(context.solution.particle[p] + dt * a.particle[p]);
+    solve.solution.particle[p] = is_held(bodies.particles, p)
+                                     ? solve.right_side.particle[p]
+                                     : Vec3(solve.solution.particle[p] + dt * a.particle[p]);
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
     const bool moves = bodies.rigid.properties[i].is_dynamic();
-    context.solution.linear[i] =
-        moves ? Vec3(context.solution.linear[i] + dt * a.linear[i]) : context.right_side.linear[i];
-    context.solution.angular[i] =
-        moves ? Vec3(context.solution.angular[i] + dt * a.angular[i]) : context.right_side.angular[i];
+    solve.solution.linear[i] =
+        moves ? Vec3(solve.solution.linear[i] + dt * a.linear[i]) : solve.right_side.linear[i];
+    solve.solution.angular[i] =
+        moves ? Vec3(solve.solution.angular[i] + dt * a.angular[i]) : solve.right_side.angular[i];
   }
-  follow_twists(bodies.bound, context.solution.linear, context.solution.angular, context.solution.particle);
+  follow_twists(bodies.bound, solve.solution.linear, solve.solution.angular, solve.solution.particle);
   if (!projection) return;
-  projection->satisfy(context.solution);
-  follow_twists(bodies.bound, context.solution.linear, context.solution.angular, context.solution.particle);
+  projection->satisfy(solve.solution);
+  follow_twists(bodies.bound, solve.solution.linear, solve.solution.angular, solve.solution.particle);
 }
 
-// Stores a = (V - v) / dt for the start of the next solve. It is not called for a solve that broke down.
-void keep_acceleration(const Bodies& bodies, double dt, StepContext& context) {
-  GeneralizedVelocity& a = context.acceleration;
+// Sets a = (V - v) / dt, at which the next solve starts. It is not called for a solve that broke down.
+void keep_acceleration(const Bodies& bodies, double dt, const GeneralizedVelocity& V,
+                       GeneralizedVelocity& a) {
   for (std::size_t p = 0; p < bodies.particles.size(); ++p)
-    a.particle[p] = (context.solution.particle[p] - bodies.particles.v[p]) / dt;
+    a.particle[p] = (V.particle[p] - bodies.particles.v[p]) / dt;
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
-    a.linear[i] = (context.solution.linear[i] - bodies.rigid.state[i].velocity) / dt;
-    a.angular[i] = (context.solution.angular[i] - bodies.rigid.state[i].angular_velocity) / dt;
+    a.linear[i] = (V.linear[i] - bodies.rigid.state[i].velocity) / dt;
+    a.angular[i] = (V.angular[i] - bodies.rigid.state[i].angular_velocity) / dt;
   }
 }
 
-// Solves for V with the explicit forces in context.force, and adds the damping forces to these. Without
+// Solves for V with the explicit forces in context.solve.force, and adds the damping forces to these. Without
 // internal forces nothing is solved for.
 void solve_semi_implicitly(World& world, StepContext& context, double dt, ContactProjection* projection,
                            SolveOf stage) {
+  VelocitySolve& solve = context.solve;
   const bool is_first = stage == SolveOf::advance_velocity;
   Bodies& bodies = world.bodies;
   Particles& particles = bodies.particles;
   const bool elastic = world.has_internal_forces();
   for (std::size_t p = 0; p < particles.size(); ++p)
-    context.right_side.particle[p] += dt * particles.inverse_mass[p] * context.force[p];
-  add_force_twists(bodies.rigid, bodies.bound, context.force, dt, context.right_side.linear,
-                   context.right_side.angular);
-  follow_twists(bodies.bound, context.right_side.linear, context.right_side.angular,
-                context.right_side.particle);
-  if (world.has(Effect::incompressibility)) add_held_pressures(world, context, dt, context.right_side);
-  context.solution = context.right_side;
-  satisfy_contacts(bodies, dt, is_first ? context.surface_friction_n : context.surface_friction, context,
-                   projection);
+    solve.right_side.particle[p] += dt * particles.inverse_mass[p] * solve.force[p];
+  add_force_twists(bodies.rigid, bodies.bound, solve.force, dt, solve.right_side.linear,
+                   solve.right_side.angular);
+  follow_twists(bodies.bound, solve.right_side.linear, solve.right_side.angular, solve.right_side.particle);
+  if (world.has(Effect::incompressibility)) add_held_pressures(world, context, dt, solve.right_side);
+  solve.solution = solve.right_side;
+  satisfy_contacts(bodies, dt, is_first ? world.last_step.surface_friction : context.surfaces.friction,
+                   context, projection);
   if (!elastic) return;
   world.clock.time(Stage::damping_solve, [&] {
-    begin_at_last_acceleration(bodies, dt, context, projection);
+    begin_at_last_acceleration(bodies, world.last_step.acceleration, dt, context, projection);
     // The preconditioner of I.1 serves V.2 as well: half a step hardly changes it.
     const AssembleBlocks blocks = is_first ? AssembleBlocks::all : AssembleBlocks::missing;
-    if (solve_with_damping(world, context, dt, projection, blocks)) keep_acceleration(bodies, dt, context);
+    if (solve_with_damping(world, context, dt, projection, blocks))
+      keep_acceleration(bodies, dt, solve.solution, world.last_step.acceleration);
   });
 }
 
@@ -178,30 +180,32 @@ void move_as_wholes(const Bodies& bodies, const std::vector<Vec3>& mean_of, cons
 // Leaves out the islands of bodies with contact inside their velocity solve: solve_contact_at_end() solves
 // for them.
 void leave_solved(const World& world, StepContext& context) {
+  VelocitySolve& solve = context.solve;
   if (!solves_contact(world)) return;
   const Bodies& bodies = world.bodies;
   for (std::size_t d = 0; d < bodies.deformable.size(); ++d) {
-    const int island = context.islands.of_particle(bodies.deformable[d].first_particle);
-    if (context.solved_bodies[d] && context.islands.is_searched(as_index(island)))
-      context.islands.leave(as_index(island));
+    const int island = solve.islands.of_particle(bodies.deformable[d].first_particle);
+    if (context.solved.bodies[d] && solve.islands.is_searched(as_index(island)))
+      solve.islands.leave(as_index(island));
   }
-  context.islands.update();
+  solve.islands.update();
 }
 
 }  // namespace
 
 bool solve_with_damping(World& world, StepContext& context, double dt, ContactProjection* projection,
                         AssembleBlocks blocks) {
-  context.islands.begin(world.bodies);
-  if (projection) projection->join(context.islands);
-  context.islands.finish();
+  VelocitySolve& solve = context.solve;
+  solve.islands.begin(world.bodies);
+  if (projection) projection->join(solve.islands);
+  solve.islands.finish();
   if (blocks == AssembleBlocks::missing) leave_solved(world, context);
-  VelocitySystem system(world.bodies, dt, ImplicitForces::damping, projection, context.damping_force,
-                        context.inertia);
-  system.collect_forces(context.force, context.force_in_single);
-  const CgResult result = solve_islands(
-      system, projection, context.block_jacobi, blocks, context.islands, context.right_side,
-      world.settings.cg_tolerance, world.settings.cg_iterations, context.solution, context.island_search);
+  VelocitySystem system(world.bodies, dt, ImplicitForces::damping, projection, solve.damping_force,
+                        solve.inertia);
+  system.collect_forces(solve.force, solve.force_in_single);
+  const CgResult result = solve_islands(system, projection, solve.block_jacobi, blocks, solve.islands,
+                                        solve.right_side, world.settings.cg_tolerance,
+                                        world.settings.cg_iterations, solve.solution, solve.island_search);
   system.finish();
   world.counters.cg_iterations += result.iterations;
   return std::isfinite(result.residual);
@@ -209,6 +213,7 @@ bool solve_with_damping(World& world, StepContext& context, double dt, ContactPr
 
 void solve_velocity(World& world, StepContext& context, double dt, const KnownForces& known,
                     ContactProjection* projection, SolveOf stage) {
+  VelocitySolve& solve = context.solve;
   Particles& particles = world.bodies.particles;
   begin_solve(world, context, dt, known);
   if (!world.settings.implicit_elasticity || !world.has_internal_forces()) {
@@ -217,19 +222,17 @@ void solve_velocity(World& world, StepContext& context, double dt, const KnownFo
   }
   // The search begins at free flight of every particle, or at rest within each moving body if the incremental
   // potential is lower there, because free flight may compress elements.
-  context.solution = context.right_side;
-  move_as_wholes(world.bodies, particles.v, dt * world.gravity, context.solution.particle);
+  solve.solution = solve.right_side;
+  move_as_wholes(world.bodies, particles.v, dt * world.gravity, solve.solution.particle);
   const double still = incremental_potential(world, context, dt);
-  context.correction.particle = context.solution.particle;
+  solve.correction.particle = solve.solution.particle;
   for (std::size_t p = 0; p < particles.size(); ++p)
-    context.solution.particle[p] =
+    solve.solution.particle[p] =
         is_held(particles, p) ? particles.v[p] : Vec3(particles.v[p] + dt * world.gravity);
-  if (incremental_potential(world, context, dt) > still)
-    context.solution.particle = context.correction.particle;
-  follow_twists(world.bodies.bound, context.solution.linear, context.solution.angular,
-                context.solution.particle);
+  if (incremental_potential(world, context, dt) > still) solve.solution.particle = solve.correction.particle;
+  follow_twists(world.bodies.bound, solve.solution.linear, solve.solution.angular, solve.solution.particle);
   satisfy_contacts(world.bodies, dt, {}, context, projection);
-  context.converged = find_velocity(world, context, {.dt = dt, .is_elastic = true, .projection = projection});
+  solve.converged = find_velocity(world, context, {.dt = dt, .is_elastic = true, .projection = projection});
 }
 
 void add_joint_drive(const Bodies& bodies, const RigidForces& drive, double dt, GeneralizedVelocity& v) {
@@ -242,30 +245,31 @@ void add_joint_drive(const Bodies& bodies, const RigidForces& drive, double dt, 
 }
 
 void apply_rigid_fallback(const World& world, StepContext& context, FallbackFrom from) {
+  VelocitySolve& solve = context.solve;
   const Particles& particles = world.bodies.particles;
-  std::vector<Vec3>& whole = context.correction.particle;
+  std::vector<Vec3>& whole = solve.correction.particle;
   whole.resize(particles.size());
   const Vec3 fall = 0.5 * context.dt * world.gravity;
   if (from == FallbackFrom::solution)
-    move_as_wholes(world.bodies, context.solution.particle, Vec3::Zero(), whole);
+    move_as_wholes(world.bodies, solve.solution.particle, Vec3::Zero(), whole);
   else
     move_as_wholes(world.bodies, particles.v, fall, whole);
   double taken = 0,
          left = 0;  // kg m^2/s^2: squares of the change that the fallback makes, and of the residual
   for (std::size_t p = 0; p < particles.size(); ++p) {
-    whole[p] = 0.5 * (context.solution.particle[p] + whole[p]);
-    taken += particles.mass[p] * (context.solution.particle[p] - whole[p]).squaredNorm();
-    left += particles.mass[p] * context.newton_residual.particle[p].squaredNorm();
+    whole[p] = 0.5 * (solve.solution.particle[p] + whole[p]);
+    taken += particles.mass[p] * (solve.solution.particle[p] - whole[p]).squaredNorm();
+    left += particles.mass[p] * solve.newton_residual.particle[p].squaredNorm();
   }
   if (from == FallbackFrom::solution && left < taken) return;
-  context.solution.particle = whole;
+  solve.solution.particle = whole;
 }
 
 namespace {
 
-// Stores in context.solved_change what damping has changed, for contact inside the solves. Strongly damped
-// bodies take V itself if the solve has not converged: the residual of an unconverged solve is not a force,
-// and their damping would turn it into a large one.
+// Stores in context.solve.solved_change what damping has changed, for contact inside the solves. Strongly
+// damped bodies take V itself if the solve has not converged: the residual of an unconverged solve is not a
+// force, and their damping would turn it into a large one.
 void keep_damping(World& world, StepContext& context, double dt) {
   Bodies& bodies = world.bodies;
   Particles& particles = bodies.particles;
@@ -273,23 +277,24 @@ void keep_damping(World& world, StepContext& context, double dt) {
     if (!world.strongly_damped[d]) continue;
     double off = 0;
     for_each_particle(bodies.deformable[d], [&](std::size_t p) {
-      off = std::max(off, (particles.v[p] - context.solution.particle[p]).norm());
+      off = std::max(off, (particles.v[p] - context.solve.solution.particle[p]).norm());
     });
     if (off <= world.settings.cg_tolerance) continue;
     for_each_particle(bodies.deformable[d],
-                      [&](std::size_t p) { particles.v[p] = context.solution.particle[p]; });
+                      [&](std::size_t p) { particles.v[p] = context.solve.solution.particle[p]; });
   }
-  GeneralizedVelocity& change = context.solved_change;
+  GeneralizedVelocity& change = context.solve.solved_change;
   to_generalized(bodies, change);
   for (std::size_t p = 0; p < particles.size(); ++p)
     change.particle[p] -=
-        context.v_n.particle[p] + dt * particles.inverse_mass[p] * context.explicit_force[p];
+        context.states.v_n.particle[p] + dt * particles.inverse_mass[p] * context.solve.explicit_force[p];
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
     if (!bodies.rigid.properties[i].is_dynamic()) continue;
-    change.linear[i] -= context.v_n.rigid[i] + dt * world.gravity;
-    change.angular[i] -= bodies.rigid.state[i].inverse_inertia * context.v_n.rotation[i];
+    change.linear[i] -= context.states.v_n.rigid[i] + dt * world.gravity;
+    change.angular[i] -= bodies.rigid.state[i].inverse_inertia * context.states.v_n.rotation[i];
   }
-  add_force_twists(bodies.rigid, bodies.bound, context.explicit_force, -dt, change.linear, change.angular);
+  add_force_twists(bodies.rigid, bodies.bound, context.solve.explicit_force, -dt, change.linear,
+                   change.angular);
 }
 
 // Returns the fraction of a semi-implicit step at which damping is evaluated. If constraints come before the
@@ -305,63 +310,65 @@ double damping_at(const World& world) {
 // down: a damped body at rest would be compressed by several times its weight. V obeys the contacts and would
 // stick; v~ does not.
 void advance_semi_implicitly(World& world, StepContext& context) {
+  VelocitySolve& solve = context.solve;
+  JointStage& joints = context.joints;
   Bodies& bodies = world.bodies;
   Particles& particles = bodies.particles;
   const double dt = context.dt / 2;
   ContactProjection* projection = nullptr;
-  const bool is_constrained =
-      !bodies.bound.empty() || !context.contact_cache.empty() || !context.self_repulsion.pairs().empty();
+  const bool is_constrained = !bodies.bound.empty() || !world.last_step.contact_cache.empty() ||
+                              !context.surfaces.repulsion.pairs().empty();
   if (world.has_internal_forces() && is_constrained) {
-    context.projection.build(
-        bodies, context.contact_cache, dt, world.settings.projection_sweeps,
-        context.articulated_response.prepare(bodies, context.joints, context.contact_cache),
-        context.solved_bodies);
+    solve.projection.build(bodies, world.last_step.contact_cache, dt, world.settings.projection_sweeps,
+                           joints.response.prepare(bodies, joints.solver, world.last_step.contact_cache),
+                           context.solved.bodies);
     if (world.has(Effect::self_repulsion))
-      context.projection.add_repulsions(context.self_repulsion, context.solved_bodies);
-    projection = &context.projection;
+      solve.projection.add_repulsions(context.surfaces.repulsion, context.solved.bodies);
+    projection = &solve.projection;
     if (world.has(Effect::articulation)) {  // V of bound and touching particles depends on joints
-      context.joints.prepare_projection(bodies.rigid);
-      context.projection.add_joints(context.joints);
+      joints.solver.prepare_projection(bodies.rigid);
+      solve.projection.add_joints(joints.solver);
     }
   }
   find_explicit_forces(world, context);
   const double seconds = damping_at(world) * context.dt;
-  if (world.has_internal_forces()) bodies.forces.add_turn_forces(particles.v, seconds, context.force);
-  solve_velocity(world, context, seconds, {&context.joint_drive_n, seconds}, projection,
+  if (world.has_internal_forces()) bodies.forces.add_turn_forces(particles.v, seconds, solve.force);
+  solve_velocity(world, context, seconds, {&world.last_step.joint_drive, seconds}, projection,
                  SolveOf::advance_velocity);
   for (std::size_t p = 0; p < particles.size(); ++p)
-    particles.v[p] += dt * particles.inverse_mass[p] * context.force[p];
+    particles.v[p] += dt * particles.inverse_mass[p] * solve.force[p];
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
     if (bodies.rigid.properties[i].is_dynamic()) bodies.rigid.state[i].velocity += dt * world.gravity;
-  apply_bound_forces(bodies, context.force, dt);
+  apply_bound_forces(bodies, solve.force, dt);
   if (solves_contact(world)) keep_damping(world, context, dt);
 }
 
 // v~^{n+1/2} = V for the V of the fully implicit solve. Only joints constrain it, if bodies carry particles.
 void advance_implicitly(World& world, StepContext& context) {
+  VelocitySolve& solve = context.solve;
   Bodies& bodies = world.bodies;
   ContactProjection* joints = nullptr;
   if (world.has(Effect::articulation) && !bodies.bound.empty()) {
-    joints = &context.projection;
+    joints = &solve.projection;
     joints->build(bodies);
-    context.joints.prepare_projection(bodies.rigid);
-    joints->add_joints(context.joints);
+    context.joints.solver.prepare_projection(bodies.rigid);
+    joints->add_joints(context.joints.solver);
   }
   const double dt = context.dt / 2;
-  solve_velocity(world, context, dt, {&context.joint_drive_n, dt}, joints, SolveOf::advance_velocity);
-  bodies.particles.x = context.x_n;
-  if (!context.converged) apply_rigid_fallback(world, context, FallbackFrom::start);
-  VelocitySystem::subtract(context.solution, context.right_side, context.solved_change);
+  solve_velocity(world, context, dt, {&world.last_step.joint_drive, dt}, joints, SolveOf::advance_velocity);
+  bodies.particles.x = context.states.x_n;
+  if (!solve.converged) apply_rigid_fallback(world, context, FallbackFrom::start);
+  VelocitySystem::subtract(solve.solution, solve.right_side, solve.solved_change);
   // Later stages give what the solve knows: applied forces, control, friction and limits of joints.
-  add_applied(world, -dt, context.solution);
-  add_joint_drive(bodies, context.joint_drive_n, -dt, context.solution);
-  bodies.particles.v = context.solution.particle;
+  add_applied(world, -dt, solve.solution);
+  add_joint_drive(bodies, world.last_step.joint_drive, -dt, solve.solution);
+  bodies.particles.v = solve.solution.particle;
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
-    bodies.rigid.state[i].velocity = context.solution.linear[i];
+    bodies.rigid.state[i].velocity = solve.solution.linear[i];
   if (!bodies.bound.empty())
     for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
       if (bodies.rigid.properties[i].is_dynamic())
-        set_angular_velocity(bodies.rigid.state[i], bodies.rigid.properties[i], context.solution.angular[i]);
+        set_angular_velocity(bodies.rigid.state[i], bodies.rigid.properties[i], solve.solution.angular[i]);
 }
 
 }  // namespace
@@ -372,7 +379,7 @@ void advance_velocity(World& world, StepContext& context) {
   const bool is_implicit = world.settings.implicit_elasticity && world.has_internal_forces();
   const bool damps_at_end = is_implicit || world.settings.constraints_before_solve;
   bodies.forces.set_time_step(context.dt, damps_at_end ? std::nullopt : std::optional(damping_at(world)));
-  carry(context.kinematic, context.x_n, context.dt, bodies);
+  carry(context.kinematic, context.states.x_n, context.dt, bodies);
   if (is_implicit)
     advance_implicitly(world, context);
   else

@@ -23,11 +23,13 @@ void sweep_contacts(World& world, StepContext& context, int round,
   const bool knows_joints = articulated_response && articulated_response->is_complete();
   if (world.has(Effect::articulation) && !(round == 0 && knows_joints))
     settings.iterations = (settings.iterations + joint_share - 1) / joint_share;
-  world.counters.contact_sweeps += solve_contact(world.bodies, context.graph, settings, context.contacts,
-                                                 context.contact_solve, articulated_response);
+  world.counters.contact_sweeps +=
+      solve_contact(world.bodies, context.contact.graph, settings, context.contact.contacts,
+                    context.contact.solve, articulated_response);
   if (world.has(Effect::shock_propagation))
-    world.clock.time(Stage::shock_propagation,
-                     [&] { propagate_shocks(world.bodies, context.graph, settings, context.contacts); });
+    world.clock.time(Stage::shock_propagation, [&] {
+      propagate_shocks(world.bodies, context.contact.graph, settings, context.contact.contacts);
+    });
 }
 
 // Returns the time for which impulses act, s.
@@ -43,10 +45,11 @@ HalfwayLimits limits_halfway(const World& world) {
   return world.has_internal_forces() ? HalfwayLimits::are_found_again : HalfwayLimits::are_kept;
 }
 
-// Sets context.joint_drive to the mean forces of the last joint solve.
+// Sets context.joints.drive to the mean forces of the last joint solve.
 void find_joint_drive(const World& world, StepContext& context, ContactSolve solve) {
   if (world.has_internal_forces())
-    find_drive(context.joints, context.joints.impulses(), duration_of(context, solve), context.joint_drive);
+    find_drive(context.joints.solver, context.joints.solver.impulses(), duration_of(context, solve),
+               context.joints.drive);
 }
 
 // Solves for the joints with their control, and returns their largest violation before, m/s or rad/s.
@@ -55,9 +58,9 @@ double solve_joints(World& world, StepContext& context, ContactSolve solve) {
   const Articulation& articulation = world.bodies.articulation;
   world.clock.time(Stage::joints, [&] {
     off = solve == ContactSolve::at_end
-              ? context.joints.stabilize_and_control(articulation, world.bodies.rigid)
-              : context.joints.pre_stabilize(articulation, world.bodies.rigid, context.end_pose, context.dt,
-                                             world.settings.orientation);
+              ? context.joints.solver.stabilize_and_control(articulation, world.bodies.rigid)
+              : context.joints.solver.pre_stabilize(articulation, world.bodies.rigid, context.end_pose,
+                                                    context.dt, world.settings.orientation);
   });
   find_joint_drive(world, context, solve);
   return off;
@@ -73,13 +76,14 @@ void find_drive(const JointSolver& joints, const std::vector<double>& impulses, 
 }
 
 void control_joints(World& world, StepContext& context, ContactSolve solve) {
+  JointStage& joints = context.joints;
   if (world.touches())
-    context.articulated_response.prepare(world.bodies, context.joints, ControlledJoints::are_held,
-                                         context.contacts);
-  context.joints.begin_impulses(world.bodies.articulation, duration_of(context, solve));
+    joints.response.prepare(world.bodies, joints.solver, ControlledJoints::are_held,
+                            context.contact.contacts);
+  joints.solver.begin_impulses(world.bodies.articulation, duration_of(context, solve));
   if (solve == ContactSolve::at_end) {
-    if (limits_halfway(world) == HalfwayLimits::are_kept) context.joints.start_limits();
-    context.joint_forces.hand_to(context.joints);
+    if (limits_halfway(world) == HalfwayLimits::are_kept) joints.solver.start_limits();
+    joints.forces.hand_to(joints.solver);
   }
   solve_joints(world, context, solve);
 }
@@ -88,7 +92,7 @@ void control_joints(World& world, StepContext& context, ContactSolve solve) {
 // joints, one or two rounds are enough.
 void solve_contacts(World& world, StepContext& context, ContactSolve solve) {
   const bool joints = world.has(Effect::articulation);
-  ArticulatedResponse* articulated_response = joints ? context.articulated_response.prepared() : nullptr;
+  ArticulatedResponse* articulated_response = joints ? context.joints.response.prepared() : nullptr;
   for (int round = 0; round < joint_rounds; ++round) {
     stop_if_asked();
     if (articulated_response) articulated_response->begin(world.bodies.rigid);
@@ -98,40 +102,43 @@ void solve_contacts(World& world, StepContext& context, ContactSolve solve) {
     double off = solve_joints(world, context, solve);
     if (articulated_response) off = articulated_response->difference(world.bodies.rigid);
     if (off < world.settings.contact.tolerance) break;
-    if (!articulated_response || !context.joints.limits_have_changed()) continue;
-    articulated_response->release(context.contacts);
-    articulated_response = articulated_response->prepare(
-        world.bodies, context.joints, ControlledJoints::are_held_with_limits, context.contacts);
+    if (!articulated_response || !context.joints.solver.limits_have_changed()) continue;
+    articulated_response->release(context.contact.contacts);
+    articulated_response =
+        articulated_response->prepare(world.bodies, context.joints.solver,
+                                      ControlledJoints::are_held_with_limits, context.contact.contacts);
   }
 }
 
 const ArticulatedResponse* link_active_contacts(World& world, StepContext& context) {
-  for (ContactPoint& contact : context.contacts.points)
+  for (ContactPoint& contact : context.contact.contacts.points)
     if (!contact.impulse.isZero(0)) update_geometry(world.bodies, contact);
-  return context.articulated_response.prepare(world.bodies, context.joints, ControlledJoints::are_free,
-                                              context.contacts);
+  return context.joints.response.prepare(world.bodies, context.joints.solver, ControlledJoints::are_free,
+                                         context.contact.contacts);
 }
 
 void find_contact_graph(World& world, StepContext& context) {
+  ContactStage& contact = context.contact;
   Bodies& bodies = world.bodies;
   build_contact_graph(bodies, world.gravity,
                       world.has(Effect::rigid_contact) ? RigidPairs::are_active : RigidPairs::are_left_out,
-                      context.contacts, context.graph);
-  if (world.has(Effect::shock_propagation)) build_shock_layers(context.contacts, context.graph);
-  set_path_velocities(bodies, context.kinematic, context.graph, context.contacts);
-  find_speculative_targets(context.dt, world.settings.orientation, context.graph, bodies, context.contacts);
+                      contact.contacts, contact.graph);
+  if (world.has(Effect::shock_propagation)) build_shock_layers(contact.contacts, contact.graph);
+  set_path_velocities(bodies, context.kinematic, contact.graph, contact.contacts);
+  find_speculative_targets(context.dt, world.settings.orientation, contact.graph, bodies, contact.contacts);
 }
 
 void leave_contact_to_solve(World& world, StepContext& context) {
   find_solved_islands(world, context);
-  for (const int p : context.graph.pairs) {
-    ContactPair& pair = context.contacts.pairs[as_index(p)];
+  for (const int p : context.contact.graph.pairs) {
+    ContactPair& pair = context.contact.contacts.pairs[as_index(p)];
     if (is_solved(context, world.bodies, pair)) pair.active = false;
   }
 }
 
 void start_contact_warm(World& world, StepContext& context) {
-  warm_start(context.contact_cache, context.dt / 2, context.graph, world.bodies, context.contacts);
+  warm_start(world.last_step.contact_cache, context.dt / 2, context.contact.graph, world.bodies,
+             context.contact.contacts);
 }
 
 void control_joints(World& world, StepContext& context) {
@@ -141,10 +148,10 @@ void control_joints(World& world, StepContext& context) {
 void apply_contact(World& world, StepContext& context) {
   if (world.touches()) {
     solve_contacts(world, context, ContactSolve::halfway);
-    note_frames(context.graph, context.contacts, context.first_frames);
+    note_frames(context.contact.graph, context.contact.contacts, context.contact.first_frames);
   }
   if (world.has(Effect::articulation))
-    context.joints.kept_impulses(limits_halfway(world), context.joint_push, context.joint_turn);
+    context.joints.solver.kept_impulses(limits_halfway(world), context.joints.push, context.joints.turn);
   check_finite(world, Stage::contact);
 }
 

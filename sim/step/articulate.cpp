@@ -40,7 +40,7 @@ constexpr double min_whip = 0.1;
   fault.stage = name(Stage::post_stabilization);
   fault.body = world.bodies.rigid.name[child];
   fault.element = fmt::format("joint {}", joint.name);
-  fault.position = world.context.rigid_n[child].pose.position;
+  fault.position = world.context.states.rigid_n[child].pose.position;
   fault.value = gap;
   fault.bound = joined;
   fault.cause =
@@ -53,7 +53,7 @@ constexpr double min_whip = 0.1;
 // Returns the largest angular velocity of the bodies with joints, rad/s, of the rigid states `state`.
 double fastest_turn(const StepContext& context, const std::vector<RigidState>& state) {
   double rate = 0;
-  for (const std::size_t body : context.joints.bodies())
+  for (const std::size_t body : context.joints.solver.bodies())
     rate = std::max(rate, state[body].angular_velocity.norm());
   return rate;
 }
@@ -61,28 +61,30 @@ double fastest_turn(const StepContext& context, const std::vector<RigidState>& s
 }  // namespace
 
 void begin_joints(World& world, StepContext& context) {
-  context.joints_from_outside = {};
+  JointStage& joints = context.joints;
+  joints.from_outside = {};
   const RigidBodies& rigid = world.bodies.rigid;
-  context.joints.update(world.bodies.articulation, rigid);
-  context.articulated_response.outdate();
+  joints.solver.update(world.bodies.articulation, rigid);
+  joints.response.outdate();
   if (world.has(Effect::pd_control))
-    context.joints.plan_control(world.bodies.articulation, rigid, context.time, context.dt,
-                                context.control_angle);
+    joints.solver.plan_control(world.bodies.articulation, rigid, context.time, context.dt,
+                               world.last_step.control_angle);
   context.end_pose.resize(rigid.size());
   for (std::size_t i = 0; i < rigid.size(); ++i) context.end_pose[i] = rigid.state[i].pose;
   for (const KinematicStep& step : context.kinematic) context.end_pose[step.body] = step.end.pose;
 }
 
 bool joints_turn_too_far(const World& world, const StepContext& context) {
-  const bool in_contact = world.touches() && count_active(context.contacts, context.graph) > 0;
-  const double most = context.joints.fits() ? turns_on : in_contact ? min_whip : min_turn;
+  const bool in_contact =
+      world.touches() && count_active(context.contact.contacts, context.contact.graph) > 0;
+  const double most = context.joints.solver.fits() ? turns_on : in_contact ? min_whip : min_turn;
   return context.dt * fastest_turn(context, world.bodies.rigid.state) > most * world.settings.max_rotation;
 }
 
 bool joints_miss_energy(const World& world, const StepContext& context) {
-  if (!(context.joints_excess > max_excess)) return false;
-  const double rate =
-      std::max(fastest_turn(context, context.rigid_n), fastest_turn(context, world.bodies.rigid.state));
+  if (!(context.joints.excess > max_excess)) return false;
+  const double rate = std::max(fastest_turn(context, context.states.rigid_n),
+                               fastest_turn(context, world.bodies.rigid.state));
   return rate > min_turn * world.settings.max_rotation / context.dt;
 }
 
@@ -90,35 +92,35 @@ bool joints_miss_energy(const World& world, const StepContext& context) {
 // become v^^n plus the impulses of joints that made x^{n+1} fit. These belong to v^{n+1} as well, as in
 // RATTLE (Andersen 1983); without them a pendulum loses energy in proportion to the step.
 void finish_positions(World& world, StepContext& context) {
+  JointStage& joints = context.joints;
   RigidBodies& rigid = world.bodies.rigid;
   Momentum from_outside;
   for (std::size_t i = 0; i < rigid.size(); ++i) {
     RigidState& state = rigid.state[i];
     if (rigid.properties[i].is_dynamic()) {
-      state.velocity += rigid.properties[i].inverse_mass * context.joint_push[i];
-      state.angular_momentum += context.joint_turn[i];
+      state.velocity += rigid.properties[i].inverse_mass * joints.push[i];
+      state.angular_momentum += joints.turn[i];
     } else {  // the impulses on fixed bodies acted at x^n
-      const Vec3& place = context.rigid_n[i].pose.position;
-      from_outside += {-context.joint_push[i], -place.cross(context.joint_push[i]) - context.joint_turn[i]};
+      const Vec3& place = context.states.rigid_n[i].pose.position;
+      from_outside += {-joints.push[i], -place.cross(joints.push[i]) - joints.turn[i]};
     }
   }
-  if (world.has(Effect::push_out) || !context.joints.fits()) {
-    const double gap = context.joints.assemble(world.bodies.articulation, rigid);
+  if (world.has(Effect::push_out) || !joints.solver.fits()) {
+    const double gap = joints.solver.assemble(world.bodies.articulation, rigid);
     if (!(gap <= joined)) fail(world, gap);
   }
   for (std::size_t i = 0; i < rigid.size(); ++i)
     update_orientation_dependents(rigid.state[i], rigid.properties[i]);
-  context.joints.update(world.bodies.articulation, rigid);
-  context.articulated_response.outdate();
-  context.joints.stabilize(rigid);
-  context.joints_from_outside = from_outside;
-  context.joints_from_outside +=
-      {context.joints.from_outside().linear, context.joints.from_outside().angular};
-  context.joints_excess = 0;
+  joints.solver.update(world.bodies.articulation, rigid);
+  joints.response.outdate();
+  joints.solver.stabilize(rigid);
+  joints.from_outside = from_outside;
+  joints.from_outside += {joints.solver.from_outside().linear, joints.solver.from_outside().angular};
+  joints.excess = 0;
   if (world.settings.orientation != OrientationUpdate::exact) return;
-  const FreeMotion::Outcome outcome = context.free_motion.finish(context.joints, rigid);
-  context.joints_excess = outcome.excess;
-  context.joints_from_outside += {outcome.outside.linear, outcome.outside.angular};
+  const FreeMotion::Outcome outcome = joints.free_motion.finish(joints.solver, rigid);
+  joints.excess = outcome.excess;
+  joints.from_outside += {outcome.outside.linear, outcome.outside.angular};
 }
 
 }  // namespace duet

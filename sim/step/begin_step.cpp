@@ -6,13 +6,13 @@ namespace duet {
 void begin_step(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
   follow_bodies(bodies.rigid, bodies.bound, bodies.particles);  // the state may have been put back, or loaded
-  context.x_n = bodies.particles.x;
-  context.rigid_n = bodies.rigid.state;
+  context.states.x_n = bodies.particles.x;
+  context.states.rigid_n = bodies.rigid.state;
   if (world.has(Effect::kinematic_motion))
     take_velocities_after_jumps(context.time, world.settings.same_time(), bodies);
-  store_velocities(bodies, context.v_n);
+  store_velocities(bodies, context.states.v_n);
   // Later stages read v^^n even if the plan skips collisions.
-  context.v_hat_n = context.v_n;
+  context.states.v_hat_n = context.states.v_n;
   choose_solved_bodies(world, context);
 }
 
@@ -31,9 +31,9 @@ void end_step(World& world) {
 
 void restore_step_start(World& world) {
   const StepContext& context = world.context;
-  world.bodies.particles.x = context.x_n;
-  world.bodies.particles.v = context.v_n.particle;
-  world.bodies.rigid.state = context.rigid_n;
+  world.bodies.particles.x = context.states.x_n;
+  world.bodies.particles.v = context.states.v_n.particle;
+  world.bodies.rigid.state = context.states.rigid_n;
   for (RigidState& state : world.bodies.rigid.state) state.delay.setZero();
 }
 

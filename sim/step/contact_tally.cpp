@@ -31,17 +31,18 @@ void ContactTally::end_stage(const World& world, Stage stage) {
   if (!step_.fits(world.bodies)) step_.reset(world.bodies);  // tests may run stages without a step
   switch (stage) {
     case Stage::collisions:
-      return add_contacts(world.bodies, context.contacts, context.collision_scratch.pairs, Pairs::all);
+      return add_contacts(world.bodies, context.contact.contacts, context.contact.collisions.pairs,
+                          Pairs::all);
     case Stage::contacts_at_end:
-      return visit_turned(context.first_frames, context.contacts,
+      return visit_turned(context.contact.first_frames, context.contact.contacts,
                           [&](int body, const Vec3& impulse, const Vec3& angular) {
                             step_.linear[as_index(body)] += impulse;
                             step_.angular[as_index(body)] += angular;
                           });
     case Stage::contact_at_end:
-      return add_contacts(world.bodies, context.contacts, context.graph.pairs, Pairs::active);
+      return add_contacts(world.bodies, context.contact.contacts, context.contact.graph.pairs, Pairs::active);
     case Stage::contact_in_solve_at_end:  // V.4 applies the impulses of contacts; those of pairs remain
-      if (context.solved.searched() > 0) context.contact_forces.add_pair_impulses(step_.particle);
+      if (context.solved.islands.searched() > 0) context.solved.forces.add_pair_impulses(step_.particle);
       return;
     case Stage::self_collision:
       return add_self_collisions(world);
@@ -90,7 +91,7 @@ void ContactTally::add_contacts(const Bodies& bodies, const ContactSet& contacts
 void ContactTally::add_self_collisions(const World& world) {
   const Particles& particles = world.bodies.particles;
   for (std::size_t p = 0; p < particles.size(); ++p) {
-    const Vec3 change = particles.x[p] - world.context.x_next[p];
+    const Vec3 change = particles.x[p] - world.context.states.x_next[p];
     if (is_held(particles, p) || change.isZero(0)) continue;
     step_.particle.add(p, particles.mass[p] / world.context.dt * change);
   }
@@ -98,9 +99,9 @@ void ContactTally::add_self_collisions(const World& world) {
 
 void ContactTally::add_answer_to_pressures(const World& world) {
   const StepContext& context = world.context;
-  if (context.projection.empty()) return;
+  if (context.solve.projection.empty()) return;
   const Bodies& bodies = world.bodies;
-  const PressureScratch& pressure = context.pressure;
+  const PressureScratch& pressure = context.pressures.scratch;
   alone_.particle.assign(bodies.particles.size(), Vec3::Zero());
   alone_.linear.assign(bodies.rigid.size(), Vec3::Zero());
   alone_.angular = alone_.linear;
@@ -122,19 +123,19 @@ void ContactTally::add_answer_to_pressures(const World& world) {
 
 void ContactTally::add_answer_to_damping(const World& world) {
   const StepContext& context = world.context;
-  if (context.projection.empty() || !world.has_internal_forces()) return;
+  if (context.solve.projection.empty() || !world.has_internal_forces()) return;
   const Particles& particles = world.bodies.particles;
   for (std::size_t p = 0; p < particles.size(); ++p) {
-    const Vec3 alone = context.dt * particles.inverse_mass[p] * context.force[p];
-    if (is_held(particles, p) || context.correction.particle[p] == alone) continue;
-    step_.particle.add(p, particles.mass[p] * (context.correction.particle[p] - alone));
+    const Vec3 alone = context.dt * particles.inverse_mass[p] * context.solve.force[p];
+    if (is_held(particles, p) || context.solve.correction.particle[p] == alone) continue;
+    step_.particle.add(p, particles.mass[p] * (context.solve.correction.particle[p] - alone));
   }
   if (world.has(Effect::articulation) || !world.bodies.bound.empty()) return;
   for (std::size_t i = 0; i < world.bodies.rigid.size(); ++i) {
     const RigidProperties& properties = world.bodies.rigid.properties[i];
     if (!properties.is_dynamic()) continue;
-    step_.linear[i] += properties.mass * context.correction.linear[i];
-    step_.angular[i] += context.inertia[i] * context.correction.angular[i];
+    step_.linear[i] += properties.mass * context.solve.correction.linear[i];
+    step_.angular[i] += context.solve.inertia[i] * context.solve.correction.angular[i];
   }
 }
 

@@ -37,7 +37,7 @@ constexpr double work_share = 0.05;
 
 // Returns whether a kinematic body moves in this step.
 bool moves_in(const World& world, const KinematicStep& step) {
-  const RigidState& before = world.context.rigid_n[step.body];
+  const RigidState& before = world.context.states.rigid_n[step.body];
   return !(step.mean_velocity.isZero(0) && step.mean_angular_velocity.isZero(0) &&
            step.end.velocity.isZero(0) && step.end.angular_velocity.isZero(0) && before.velocity.isZero(0) &&
            before.angular_velocity.isZero(0));

@@ -75,7 +75,7 @@ constexpr int slow_iterations = 100, stale_iterations = 10;
 constexpr int max_stalls = 40;
 constexpr double max_left = 0.99;
 
-// One search for a velocity: it minimizes the potential of a VelocityProblem at context.solution.
+// One search for a velocity: it minimizes the potential of a VelocityProblem at context.solve.solution.
 class Search {
  public:
   Search(World& world, StepContext& context, const VelocityProblem& problem)
@@ -84,9 +84,9 @@ class Search {
         problem_(problem),
         system_(world.bodies, problem.dt,
                 problem.is_elastic ? ImplicitForces::damping_and_elasticity : ImplicitForces::damping,
-                problem.projection, context.damping_force, context.inertia) {
+                problem.projection, context.solve.damping_force, context.solve.inertia) {
     system_.limit_to(problem.islands);
-    context.factor.forget();
+    context.solve.factor.forget();
     tolerance_ = world.settings.cg_tolerance;
     if (problem.contacts && !world.settings.implicit_elasticity) tolerance_ *= contact_share;
     if (problem.contacts) bound_tolerance();
@@ -111,7 +111,7 @@ class Search {
     const int most = settings.newton_iterations + (problem_.contacts ? max_contact_iterations : 0);
     for (int iteration = 0;; ++iteration) {
       stop_if_asked();
-      const double newton_residual = system_.norm(context_.newton_residual);
+      const double newton_residual = system_.norm(context_.solve.newton_residual);
       const bool may_update = problem_.contacts && !multipliers_final && settlings < max_multiplier_updates;
       if (newton_residual <= tolerance_ && !may_update) return true;
       if (newton_residual <= enough && may_update) {
@@ -137,12 +137,12 @@ class Search {
     }
   }
 
-  // Returns the potential that the search minimizes, at context.solution and with damping, J.
+  // Returns the potential that the search minimizes, at context.solve.solution and with damping, J.
   double value() {
     evaluate();
-    const GeneralizedVelocity& V = context_.solution;
-    GeneralizedVelocity& change = context_.correction;
-    VelocitySystem::subtract(V, context_.right_side, change);
+    const GeneralizedVelocity& V = context_.solve.solution;
+    GeneralizedVelocity& change = context_.solve.correction;
+    VelocitySystem::subtract(V, context_.solve.right_side, change);
     double sum = contact_potential_;
     if (problem_.is_elastic) {
       for (Vec3& v : change.particle) v -= problem_.dt * world_.gravity;
@@ -151,8 +151,9 @@ class Search {
     restrict(change);
     sum += 0.5 * system_.inner(change, change);
     for (std::size_t p = 0; p < V.particle.size(); ++p) {
-      const Vec3 damping = problem_.is_elastic ? Vec3(context_.damping_force[p] - context_.force[p])
-                                               : context_.damping_force[p];
+      const Vec3 damping = problem_.is_elastic
+                               ? Vec3(context_.solve.damping_force[p] - context_.solve.force[p])
+                               : context_.solve.damping_force[p];
       sum -= 0.5 * problem_.dt * V.particle[p].dot(damping);
     }
     return sum;
@@ -162,7 +163,7 @@ class Search {
   // Returns the residual at which multipliers are updated, if `left` of the residual now is to be left.
   double enough_of(double left) const {
     if (!world_.settings.implicit_elasticity) return tolerance_;
-    return std::max(tolerance_, left * system_.norm(context_.newton_residual));
+    return std::max(tolerance_, left * system_.norm(context_.solve.newton_residual));
   }
 
   // Bounds the tolerance for contact: below a fraction of the weight of a particle, also in short steps, and
@@ -171,53 +172,54 @@ class Search {
     const double weight = weight_share * problem_.dt * world_.gravity.norm();
     if (weight > 0) tolerance_ = std::min(tolerance_, weight);
     const Particles& particles = world_.bodies.particles;
-    const std::vector<SymmetricBlock>& own = context_.blocks.own();
+    const std::vector<SymmetricBlock>& own = context_.solve.blocks.own();
     double noise = 0;
     for (std::size_t p = 0; p < particles.size(); ++p)
       if (!is_held(particles, p))
         noise = std::max(noise, particles.inverse_mass[p] / own[p].diagonal.minCoeff() *
-                                    context_.solution.particle[p].norm());
+                                    context_.solve.solution.particle[p].norm());
     tolerance_ = std::max(tolerance_, rounding * noise);
   }
 
-  // Sets context.unconstrained to the residual b + dt M^-1 F - V (m/s), with the impulses of contacts, and
-  // context.newton_residual to P times it. With elasticity all forces are those at x^n + dt V; the particles
-  // and the elements' state of deformation are left there, and context.force holds the elastic forces and
-  // gravity.
+  // Sets context.solve.unconstrained to the residual b + dt M^-1 F - V (m/s), with the impulses of contacts,
+  // and context.solve.newton_residual to P times it. With elasticity all forces are those at x^n + dt V; the
+  // particles and the elements' state of deformation are left there, and context.solve.force holds the
+  // elastic forces and gravity.
   void evaluate() {
     Bodies& bodies = world_.bodies;
     Particles& particles = bodies.particles;
-    const GeneralizedVelocity &V = context_.solution, &b = context_.right_side;
-    GeneralizedVelocity& newton_residual = context_.newton_residual;
-    context_.damping_force.assign(particles.size(), Vec3::Zero());
+    const GeneralizedVelocity &V = context_.solve.solution, &b = context_.solve.right_side;
+    GeneralizedVelocity& newton_residual = context_.solve.newton_residual;
+    context_.solve.damping_force.assign(particles.size(), Vec3::Zero());
     if (problem_.is_elastic) {
-      context_.force.resize(particles.size());
+      context_.solve.force.resize(particles.size());
       parallel_for(particles.size(), grain, [&](std::size_t begin, std::size_t end) {
         for (std::size_t p = begin; p < end; ++p) {
-          particles.x[p] = context_.x_n[p] + problem_.dt * V.particle[p];
-          context_.force[p] = particles.mass[p] * world_.gravity;
+          particles.x[p] = context_.states.x_n[p] + problem_.dt * V.particle[p];
+          context_.solve.force[p] = particles.mass[p] * world_.gravity;
         }
       });
       world_.clock.time(Stage::elastic_forces,
-                        [&] { bodies.forces.add_elastic_forces(particles.x, context_.force); });
+                        [&] { bodies.forces.add_elastic_forces(particles.x, context_.solve.force); });
     }
-    bodies.forces.add_damping_forces(V.particle, context_.damping_force);
+    bodies.forces.add_damping_forces(V.particle, context_.solve.damping_force);
     if (problem_.is_elastic)
       parallel_for(particles.size(), grain, [&](std::size_t begin, std::size_t end) {
-        for (std::size_t p = begin; p < end; ++p) context_.damping_force[p] += context_.force[p];
+        for (std::size_t p = begin; p < end; ++p) context_.solve.damping_force[p] += context_.solve.force[p];
       });
     newton_residual = V;  // gives it the size of V
     parallel_for(particles.size(), grain, [&](std::size_t begin, std::size_t end) {
       for (std::size_t p = begin; p < end; ++p)
-        newton_residual.particle[p] = b.particle[p] - V.particle[p] +
-                                      problem_.dt * particles.inverse_mass[p] * context_.damping_force[p];
+        newton_residual.particle[p] =
+            b.particle[p] - V.particle[p] +
+            problem_.dt * particles.inverse_mass[p] * context_.solve.damping_force[p];
     });
     for (std::size_t i = 0; i < V.linear.size(); ++i) {
       newton_residual.linear[i] = b.linear[i] - V.linear[i];
       newton_residual.angular[i] = b.angular[i] - V.angular[i];
     }
-    add_force_twists(bodies.rigid, bodies.bound, context_.damping_force, problem_.dt, newton_residual.linear,
-                     newton_residual.angular);
+    add_force_twists(bodies.rigid, bodies.bound, context_.solve.damping_force, problem_.dt,
+                     newton_residual.linear, newton_residual.angular);
     if (problem_.contacts) {
       contact_potential_ = problem_.contacts->evaluate(V);
       problem_.contacts->add_velocities(1, newton_residual);
@@ -228,7 +230,7 @@ class Search {
     }
     follow_twists(bodies.bound, newton_residual.linear, newton_residual.angular, newton_residual.particle);
     restrict(newton_residual);
-    context_.unconstrained = newton_residual;
+    context_.solve.unconstrained = newton_residual;
     system_.project(newton_residual);
   }
 
@@ -259,22 +261,23 @@ class Search {
   bool factorize() {
     const ImplicitForces forces =
         problem_.is_elastic ? ImplicitForces::damping_and_elasticity : ImplicitForces::damping;
-    is_factorized_ = context_.factor.factorize(world_.bodies, problem_.dt, forces, context_.inertia,
-                                               problem_.islands, problem_.contacts, problem_.joints);
+    is_factorized_ =
+        context_.solve.factor.factorize(world_.bodies, problem_.dt, forces, context_.solve.inertia,
+                                        problem_.islands, problem_.contacts, problem_.joints);
     return is_factorized_;
   }
 
-  // Sets context.preconditioned z = P B^-1 P^T r for the residual r, where B is the matrix of the system or
-  // its diagonal blocks. Returns <r, z>. P is self-adjoint in the mass inner product, so that the
+  // Sets context.solve.preconditioned z = P B^-1 P^T r for the residual r, where B is the matrix of the
+  // system or its diagonal blocks. Returns <r, z>. P is self-adjoint in the mass inner product, so that the
   // preconditioner is symmetric even if P has not converged to a projection.
   double precondition() {
     Bodies& bodies = world_.bodies;
-    const GeneralizedVelocity& r = context_.residual;
-    GeneralizedVelocity& z = context_.preconditioned;
+    const GeneralizedVelocity& r = context_.solve.residual;
+    GeneralizedVelocity& z = context_.solve.preconditioned;
     if (is_factorized_)
-      context_.factor.apply(bodies, context_.inertia, r, z);
+      context_.solve.factor.apply(bodies, context_.solve.inertia, r, z);
     else
-      context_.blocks.apply(bodies, context_.inertia, r, z);
+      context_.solve.blocks.apply(bodies, context_.solve.inertia, r, z);
     restrict(z);
     follow_twists(bodies.bound, z.linear, z.angular, z.particle);
     system_.project(z);
@@ -289,7 +292,7 @@ class Search {
       bodies.forces.linearize();
       find_blocks(world_, context_, problem_.dt, ImplicitForces::damping_and_elasticity);
     }
-    context_.blocks.add(bodies, context_.inertia, problem_.contacts, problem_.joints);
+    context_.solve.blocks.add(bodies, context_.solve.inertia, problem_.contacts, problem_.joints);
     begin_correction();
     const int patience = is_factorized_ ? stale_iterations : slow_iterations;
     int iterations = 0;
@@ -308,26 +311,26 @@ class Search {
 
   // Begins conjugate gradients with no correction.
   void begin_correction() {
-    GeneralizedVelocity& x = context_.correction;
-    context_.residual = context_.newton_residual;
+    GeneralizedVelocity& x = context_.solve.correction;
+    context_.solve.residual = context_.solve.newton_residual;
     left_ = precondition();
     enough_ = forcing_share * forcing_share * left_;
     least_ = rounding_share * left_;
-    norm_ = forcing_share * system_.norm(context_.residual);
-    x = context_.preconditioned;
-    VelocitySystem::axpy(-1, context_.preconditioned, x);
-    context_.direction = context_.preconditioned;
+    norm_ = forcing_share * system_.norm(context_.solve.residual);
+    x = context_.solve.preconditioned;
+    VelocitySystem::axpy(-1, context_.solve.preconditioned, x);
+    context_.solve.direction = context_.solve.preconditioned;
   }
 
   // Returns whether the correction is good enough, or only rounding is left.
   bool is_corrected() const {
-    return !(left_ > least_) || (left_ <= enough_ && system_.norm(context_.residual) <= norm_);
+    return !(left_ > least_) || (left_ <= enough_ && system_.norm(context_.solve.residual) <= norm_);
   }
 
   // Does an iteration of conjugate gradients. Returns false if only rounding is left.
   bool advance_correction() {
-    GeneralizedVelocity &x = context_.correction, &r = context_.residual, &s = context_.direction,
-                        &q = context_.image;
+    GeneralizedVelocity &x = context_.solve.correction, &r = context_.solve.residual,
+                        &s = context_.solve.direction, &q = context_.solve.image;
     system_.apply(s, q);
     if (problem_.contacts) problem_.contacts->add_differentials(s, q);
     if (problem_.joints) problem_.joints->add_differentials(s, q);
@@ -338,7 +341,7 @@ class Search {
     VelocitySystem::axpy(left_ / curvature, s, x);
     VelocitySystem::axpy(-left_ / curvature, q, r);
     const double next = precondition();
-    VelocitySystem::xpay(context_.preconditioned, next / left_, s);
+    VelocitySystem::xpay(context_.solve.preconditioned, next / left_, s);
     left_ = next;
     return true;
   }
@@ -348,14 +351,15 @@ class Search {
   // gradient of the energy that backward Euler minimizes. Returns the fraction of the correction that was
   // taken.
   double search_line() {
-    const double slope = system_.inner(context_.correction, context_.newton_residual), start = potential();
+    const double slope = system_.inner(context_.solve.correction, context_.solve.newton_residual),
+                 start = potential();
     const double bound = start + slope + potential_slack * std::abs(start);
     double at = 0, next = 1;
     for (int cut = 0; cut < max_cuts; ++cut) {
-      VelocitySystem::axpy(next - at, context_.correction, context_.solution);
+      VelocitySystem::axpy(next - at, context_.solve.correction, context_.solve.solution);
       at = next;
       evaluate();
-      const double now = system_.inner(context_.correction, context_.newton_residual);
+      const double now = system_.inner(context_.solve.correction, context_.solve.newton_residual);
       if (now >= -slope_share * slope && potential() <= bound) break;
       const double secant = now < 0 ? slope / (slope - now) : 0;
       next = at * (secant > min_cut ? secant : min_cut);  // also if the secant is NaN
@@ -369,7 +373,7 @@ class Search {
   VelocitySystem system_;
   double tolerance_ = 0;          // m/s
   double contact_potential_ = 0;  // J, of contacts and of the drive of joints
-  bool is_factorized_ = false;    // true if context.factor is the preconditioner
+  bool is_factorized_ = false;    // true if context.solve.factor is the preconditioner
   bool may_factorize_ = true;     // false if the matrix could not be factorized
   // Of the conjugate gradients: <r, z>, its values at which they end and at which only rounding is left
   // (kg m^2/s^2), and the norm of r at which they end (m/s).
@@ -381,18 +385,18 @@ class Search {
 double incremental_potential(World& world, const StepContext& context, double dt) {
   Particles& particles = world.bodies.particles;
   const double motion = parallel_sum(particles.size(), grain, [&](std::size_t p, double& sum) {
-    const Vec3& V = context.solution.particle[p];
-    const Vec3 change = V - context.right_side.particle[p] - dt * world.gravity;
+    const Vec3& V = context.solve.solution.particle[p];
+    const Vec3 change = V - context.solve.right_side.particle[p] - dt * world.gravity;
     sum += 0.5 * particles.mass[p] * change.squaredNorm();
-    particles.x[p] = context.x_n[p] + dt * V;
+    particles.x[p] = context.states.x_n[p] + dt * V;
   });
   double of_bodies = 0;
   const RigidBodies& rigid = world.bodies.rigid;
   for (std::size_t i = 0; i < rigid.size(); ++i) {
     if (!rigid.properties[i].is_dynamic()) continue;
-    const Vec3 change = context.solution.linear[i] - context.right_side.linear[i];
+    const Vec3 change = context.solve.solution.linear[i] - context.solve.right_side.linear[i];
     const Vec3 turn = rigid.state[i].pose.orientation.conjugate() *
-                      (context.solution.angular[i] - context.right_side.angular[i]);
+                      (context.solve.solution.angular[i] - context.solve.right_side.angular[i]);
     of_bodies += 0.5 * (rigid.properties[i].mass * change.squaredNorm() +
                         turn.dot(rigid.properties[i].inertia.cwiseProduct(turn)));
   }
@@ -404,7 +408,7 @@ void find_blocks(World& world, StepContext& context, double dt, ImplicitForces t
   InternalForces& forces = world.bodies.forces;
   const double added = world.settings.implicit_elasticity ? numerical_damping * context.dt : 0;
   forces.set_added_damping(treated == ImplicitForces::damping_and_elasticity ? added + dt : added);
-  context.blocks.find(world.bodies, dt);
+  context.solve.blocks.find(world.bodies, dt);
   forces.set_added_damping(added);
 }
 
@@ -418,7 +422,7 @@ bool find_velocity(World& world, StepContext& context, const VelocityProblem& pr
   Search search(world, context, problem);
   bool converged = search.converge();
   for (int release = 0; projection && release < max_releases; ++release) {
-    if (!projection->release(context.unconstrained, world.settings.cg_tolerance)) break;
+    if (!projection->release(context.solve.unconstrained, world.settings.cg_tolerance)) break;
     converged = search.converge();
   }
   return converged;

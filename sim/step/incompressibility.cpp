@@ -33,24 +33,25 @@ constexpr double turned_cone_share = 0.9;
 // Implicit steps, whose solves have contact inside, and the order of constraints before the solve expect
 // nothing.
 struct Expected {
-  double friction = 0;                 // share of the friction impulses of context.projection
+  double friction = 0;                 // share of the friction impulses of context.solve.projection
   const RigidForces* drive = nullptr;  // forces of control, friction and limits of joints; null: none
   double seconds = 0;                  // time for which these act
   bool pressures = false;              // whether the pressures of the last step act for that time, too
 };
 
 // Returns the particle velocities (m/s) with the `expected` impulses, projected onto the contacts of
-// context.projection, as contact will leave them. Pressures that know nothing of friction and of what presses
-// a body would carry too little, and the rest would come after the contacts, without friction.
+// context.solve.projection, as contact will leave them. Pressures that know nothing of friction and of what
+// presses a body would carry too little, and the rest would come after the contacts, without friction.
 const std::vector<Vec3>& velocities_in_contact(World& world, StepContext& context, const Expected& expected) {
+  VelocitySolve& solve = context.solve;
   const Bodies& bodies = world.bodies;
-  to_generalized(bodies, context.solution);
-  if (expected.pressures) add_held_pressures(world, context, expected.seconds, context.solution);
-  if (expected.friction > 0) context.projection.add_friction(expected.friction, context.solution);
-  if (expected.drive) add_joint_drive(bodies, *expected.drive, expected.seconds, context.solution);
-  context.projection.project(context.solution);
-  follow_twists(bodies.bound, context.solution.linear, context.solution.angular, context.solution.particle);
-  return context.solution.particle;
+  to_generalized(bodies, solve.solution);
+  if (expected.pressures) add_held_pressures(world, context, expected.seconds, solve.solution);
+  if (expected.friction > 0) solve.projection.add_friction(expected.friction, solve.solution);
+  if (expected.drive) add_joint_drive(bodies, *expected.drive, expected.seconds, solve.solution);
+  solve.projection.project(solve.solution);
+  follow_twists(bodies.bound, solve.solution.linear, solve.solution.angular, solve.solution.particle);
+  return solve.solution.particle;
 }
 
 // Returns the fraction (0 to 1) of the velocities `change` that moves no particle farther than `max_travel`
@@ -78,11 +79,11 @@ void scale(double share, PressureScratch& scratch) {
     for (Vec3& value : *values) value *= share;
 }
 
-// Finds the pressures that change the rates of the one-rings by context.pressure.rate, and the changes of
-// velocities that they make. Sets context.pressure.
+// Finds the pressures that change the rates of the one-rings by context.pressures.scratch.rate, and the
+// changes of velocities that they make. Sets context.pressures.scratch.
 void find_change(World& world, StepContext& context, const PressureSettings& settings) {
-  const ContactProjection& projection = context.projection;
-  PressureScratch& scratch = context.pressure;
+  const ContactProjection& projection = context.solve.projection;
+  PressureScratch& scratch = context.pressures.scratch;
   const CgResult result =
       find_pressures(world.bodies, projection.empty() ? nullptr : &projection, context.dt, settings, scratch);
   world.counters.pressure_iterations += result.iterations;
@@ -100,20 +101,21 @@ double slow_speed(const World& world, const StepContext& context) {
   return 3 * context.dt * world.gravity.norm();
 }
 
-// Sets `islands` to those of the contacts and joints of context.projection.
+// Sets `islands` to those of the contacts and joints of context.solve.projection.
 void find_islands(const World& world, const StepContext& context, Islands& islands) {
   islands.begin(world.bodies);
-  context.projection.join(islands);
+  context.solve.projection.join(islands);
   islands.finish();
 }
 
-// Marks in context.rests the deformable bodies that begin the step at rest: no particle of theirs, and no
-// rigid body of their island, is faster than slow_speed(). Returns whether there are any. find_resting() asks
-// for the rates of volumes instead, which are known in III and V.4 only.
+// Marks in context.pressures.rests the deformable bodies that begin the step at rest: no particle of theirs,
+// and no rigid body of their island, is faster than slow_speed(). Returns whether there are any.
+// find_resting() asks for the rates of volumes instead, which are known in III and V.4 only.
 bool find_slow(const World& world, StepContext& context) {
+  PressureStage& pressures = context.pressures;
   const Bodies& bodies = world.bodies;
   const double slow = slow_speed(world, context);
-  Islands& islands = context.calm;
+  Islands& islands = pressures.calm;
   find_islands(world, context, islands);
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
     const RigidState& state = bodies.rigid.state[i];
@@ -123,33 +125,34 @@ bool find_slow(const World& world, StepContext& context) {
       islands.leave(as_index(islands.of_rigid(i)));
   }
   bool any = false;
-  context.rests.resize(bodies.deformable.size());
-  for (std::size_t d = 0; d < context.rests.size(); ++d) {
+  pressures.rests.resize(bodies.deformable.size());
+  for (std::size_t d = 0; d < pressures.rests.size(); ++d) {
     const DeformableBody& body = bodies.deformable[d];
     bool rests =
         expects_impulses(world) && islands.is_searched(as_index(islands.of_particle(body.first_particle)));
     if (rests)
-      for_each_particle(body, [&](std::size_t p) { rests &= context.v_n.particle[p].norm() <= slow; });
-    context.rests[d] = rests;
+      for_each_particle(body, [&](std::size_t p) { rests &= context.states.v_n.particle[p].norm() <= slow; });
+    pressures.rests[d] = rests;
     any |= rests;
   }
   return any;
 }
 
-// Marks in context.calm the islands of context.projection in which incompressible bodies rest, slide, or are
-// pressed, and do not land. In these, no one-ring has to change faster than a speed times its surface with
-// all that is expected, pressures included: context.pressure.left. The speed is slow_speed(), or 1e-4 of
-// its size per step, or a fifth of that without the pressures, which are context.pressure.rate. If nothing is
-// expected, the rate must be below a fall of 200 steps, or a hundredth of the size. In the order of
-// constraints before the solve no island is calm.
+// Marks in context.pressures.calm the islands of context.solve.projection in which incompressible bodies
+// rest, slide, or are pressed, and do not land. In these, no one-ring has to change faster than a speed times
+// its surface with all that is expected, pressures included: context.pressures.scratch.left. The speed is
+// slow_speed(), or 1e-4 of its size per step, or a fifth of that without the pressures, which are
+// context.pressures.scratch.rate. If nothing is expected, the rate must be below a fall of 200 steps, or a
+// hundredth of the size. In the order of constraints before the solve no island is calm.
 void find_calm_islands(const World& world, StepContext& context) {
   constexpr double max_of_load = 0.2;
   const bool knows = expects_impulses(world);
   const NodalVolumes& rings = world.bodies.nodal_volumes;
-  const std::vector<double>&all = context.pressure.rate, &left = knows ? context.pressure.left : all;
+  const std::vector<double>&all = context.pressures.scratch.rate,
+        &left = knows ? context.pressures.scratch.left : all;
   const double slow = knows ? slow_speed(world, context) : 200 * context.dt * world.gravity.norm();
   const double max_share = knows ? 1e-4 : 0.01;
-  Islands& calm = context.calm;
+  Islands& calm = context.pressures.calm;
   find_islands(world, context, calm);
   for (std::size_t i = 0; i < rings.size(); ++i) {
     const double size = math::cbrt(rings.rest_volume(i));
@@ -166,32 +169,33 @@ void find_calm_islands(const World& world, StepContext& context) {
 // and a box slid with two thirds of it. As bodies land, contact would give back more than it took, so that
 // the answer stays.
 void leave_answer_to_contact(const World& world, StepContext& context) {
-  if (context.calm.searched() == 0) return;
-  PressureScratch& scratch = context.pressure;
+  PressureStage& pressures = context.pressures;
+  if (pressures.calm.searched() == 0) return;
+  PressureScratch& scratch = pressures.scratch;
   GeneralizedVelocity &change = scratch.change, &alone = scratch.alone;
   alone.particle.assign(change.particle.size(), Vec3::Zero());
   alone.linear.assign(change.linear.size(), Vec3::Zero());
   alone.angular.assign(change.angular.size(), Vec3::Zero());
   pressure_change(world.bodies, scratch.pressure, scratch.held_impulse, alone);
   for (std::size_t p = 0; p < change.particle.size(); ++p)
-    if (context.calm.is_searched(as_index(context.calm.of_particle(static_cast<int>(p)))))
+    if (pressures.calm.is_searched(as_index(pressures.calm.of_particle(static_cast<int>(p)))))
       change.particle[p] = alone.particle[p];
   for (std::size_t i = 0; i < change.linear.size(); ++i) {
-    if (!context.calm.is_searched_rigid(i)) continue;
+    if (!pressures.calm.is_searched_rigid(i)) continue;
     change.linear[i] = alone.linear[i];
     change.angular[i] = alone.angular[i];
   }
 }
 
-// Adds the changes of context.pressure to the velocities of all bodies.
+// Adds the changes of context.pressures.scratch to the velocities of all bodies.
 void change_velocities(World& world, StepContext& context) {
   Bodies& bodies = world.bodies;
-  const PressureScratch& scratch = context.pressure;
+  const PressureScratch& scratch = context.pressures.scratch;
   for (std::size_t p = 0; p < bodies.particles.size(); ++p)
     bodies.particles.v[p] += scratch.change.particle[p];
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
     const RigidProperties& properties = bodies.rigid.properties[i];
-    if ((context.projection.empty() && bodies.bound.empty()) || !properties.is_dynamic()) continue;
+    if ((context.solve.projection.empty() && bodies.bound.empty()) || !properties.is_dynamic()) continue;
     RigidState& state = bodies.rigid.state[i];
     state.velocity += scratch.change.linear[i];
     const Mat3 rotation = state.pose.orientation.toRotationMatrix();
@@ -200,14 +204,14 @@ void change_velocities(World& world, StepContext& context) {
   }
 }
 
-// Sets context.pressure.rate (m^3/s) to the changes of rates that bring one-rings to their rest volumes in a
-// step, at most by `max_correction` of these. Linearizes the one-rings at the positions now; the velocities
-// are those under context.projection, with the `expected` impulses.
+// Sets context.pressures.scratch.rate (m^3/s) to the changes of rates that bring one-rings to their rest
+// volumes in a step, at most by `max_correction` of these. Linearizes the one-rings at the positions now; the
+// velocities are those under context.solve.projection, with the `expected` impulses.
 void find_rates_to_rest_volumes(World& world, StepContext& context, const Expected& expected = {}) {
   Bodies& bodies = world.bodies;
   NodalVolumes& rings = bodies.nodal_volumes;
   rings.linearize(bodies.particles.x);
-  std::vector<double>& rate = context.pressure.rate;
+  std::vector<double>& rate = context.pressures.scratch.rate;
   rings.divergence(velocities_in_contact(world, context, expected), rate);
   for (std::size_t i = 0; i < rings.size(); ++i) {
     // Flattened one-rings have less surface to push on: they are corrected by less, so that the displacements
@@ -218,30 +222,31 @@ void find_rates_to_rest_volumes(World& world, StepContext& context, const Expect
   }
 }
 
-// Marks in context.rests the incompressible bodies whose one-rings are asked to change no faster than at
-// rest, and returns whether all are. The bound for a one-ring of size l is 5 dt g l^2, in m^3/s: five times
-// the rate of its volume if one side of it falls freely for a step.
+// Marks in context.pressures.rests the incompressible bodies whose one-rings are asked to change no faster
+// than at rest, and returns whether all are. The bound for a one-ring of size l is 5 dt g l^2, in m^3/s: five
+// times the rate of its volume if one side of it falls freely for a step.
 bool find_resting(const World& world, StepContext& context) {
+  PressureStage& pressures = context.pressures;
   constexpr double max_falls = 5;  // speed of the bound over that of a free fall in a step
   const NodalVolumes& rings = world.bodies.nodal_volumes;
   const std::vector<DeformableBody>& bodies = world.bodies.deformable;
   const double fall = max_falls * context.dt * world.gravity.norm();  // m/s
-  context.rests.assign(bodies.size(), false);
+  pressures.rests.assign(bodies.size(), false);
   bool all = true;
   std::size_t d = 0, last = bodies.size();  // one-rings follow their bodies
   for (std::size_t i = 0; i < rings.size(); ++i) {
     while (rings.particle(i) >= bodies[d].first_particle + bodies[d].particle_count) ++d;
-    if (d != last) context.rests[d] = true;
+    if (d != last) pressures.rests[d] = true;
     last = d;
     const double size = math::cbrt(rings.rest_volume(i));
-    if (std::abs(context.pressure.rate[i]) <= fall * size * size) continue;
-    context.rests[d] = all = false;
+    if (std::abs(pressures.scratch.rate[i]) <= fall * size * size) continue;
+    pressures.rests[d] = all = false;
   }
   return all;
 }
 
-// Makes context.projection that of the contacts of this step, and calls `find_rates` to set the rates that
-// pressures are to change. Returns whether there is any contact.
+// Makes context.solve.projection that of the contacts of this step, and calls `find_rates` to set the rates
+// that pressures are to change. Returns whether there is any contact.
 //
 // For bodies at rest the projection also holds the tangents of sticking contacts, by their friction:
 // pressures that let them slide made a box creep down a slope by 1.5 mm/s. For a body that lands or is
@@ -249,37 +254,39 @@ bool find_resting(const World& world, StepContext& context) {
 // from step to step, and feed energy in.
 template <class FindRates>
 bool project_contacts(World& world, StepContext& context, FindRates&& find_rates) {
-  context.pressure.rate.assign(world.bodies.nodal_volumes.size(), 0.0);
+  context.pressures.scratch.rate.assign(world.bodies.nodal_volumes.size(), 0.0);
   find_resting(world, context);
-  project_active_contacts(world, context, {&context.rests});
-  if (context.projection.empty()) return false;
+  project_active_contacts(world, context, {&context.pressures.rests});
+  if (context.solve.projection.empty()) return false;
   find_rates();
   if (find_resting(world, context)) return true;
-  project_active_contacts(world, context, {&context.rests});
+  project_active_contacts(world, context, {&context.pressures.rests});
   find_rates();
   return true;
 }
 
-// Makes context.projection that of the contacts of the last step, with the tangents of sticking ones for
-// bodies that begin the step at rest.
+// Makes context.solve.projection that of the contacts of the last step, with the tangents of sticking ones
+// for bodies that begin the step at rest.
 void project_last_contacts(World& world, StepContext& context) {
+  JointStage& joints = context.joints;
   const ArticulatedResponse* linked =
-      context.articulated_response.prepare(world.bodies, context.joints, context.contact_cache);
+      joints.response.prepare(world.bodies, joints.solver, world.last_step.contact_cache);
   const auto project = [&](const StickingBodies& sticking) {
-    context.projection.build(world.bodies, context.contact_cache, context.dt,
-                             world.settings.projection_sweeps, linked, {}, sticking);
+    context.solve.projection.build(world.bodies, world.last_step.contact_cache, context.dt,
+                                   world.settings.projection_sweeps, linked, {}, sticking);
   };
   project({});
-  if (!context.projection.empty() && find_slow(world, context)) project({&context.rests, turned_cone_share});
+  if (!context.solve.projection.empty() && find_slow(world, context))
+    project({&context.pressures.rests, turned_cone_share});
   if (!world.has(Effect::articulation)) return;
-  context.joints.prepare_projection(world.bodies.rigid);
-  context.projection.add_joints(context.joints);
+  joints.solver.prepare_projection(world.bodies.rigid);
+  context.solve.projection.add_joints(joints.solver);
 }
 
 // Finds the calm islands, and the rates that pressures are to change with what is `expected` in them.
 template <class FindRates>
 void find_expected_rates(World& world, StepContext& context, Expected expected, FindRates&& find_rates) {
-  PressureScratch& scratch = context.pressure;
+  PressureScratch& scratch = context.pressures.scratch;
   if (!expects_impulses(world)) {
     find_rates({});
     return find_calm_islands(world, context);
@@ -289,7 +296,7 @@ void find_expected_rates(World& world, StepContext& context, Expected expected, 
   expected.pressures = false;
   find_rates(expected);
   find_calm_islands(world, context);
-  if (context.calm.searched() == 0) find_rates({});
+  if (context.pressures.calm.searched() == 0) find_rates({});
 }
 
 // Returns the settings for pressures that act on v^{n+1}: tighter than those of the volume correction, whose
@@ -307,9 +314,9 @@ PressureSettings velocity_settings(const World& world) {
 // step.
 void correct_volume(World& world, StepContext& context) {
   project_last_contacts(world, context);
-  // The impulses of context.projection are those of a whole step, the velocities those of half a step.
+  // The impulses of context.solve.projection are those of a whole step, the velocities those of half a step.
   find_expected_rates(
-      world, context, {0.5, &context.joint_drive_n, context.dt / 2, true},
+      world, context, {0.5, &world.last_step.joint_drive, context.dt / 2, true},
       [&](const Expected& expected) { find_rates_to_rest_volumes(world, context, expected); });
   find_change(world, context, world.settings.pressure);
   leave_answer_to_contact(world, context);
@@ -336,30 +343,31 @@ void correct_volume_in_contact(World& world, StepContext& context) {
 // x^{n+1/2} as the other forces do, but after them, and they make v^{n+1} free of divergence at x^{n+1}. The
 // loss is then of the next order.
 void make_incompressible(World& world, StepContext& context) {
+  PressureStage& pressures = context.pressures;
   const bool after_contact = world.settings.constraints_before_solve && keeps_spin(world);
   if (after_contact) count_middle_forces(world, context, -1);
   Bodies& bodies = world.bodies;
   NodalVolumes& rings = bodies.nodal_volumes;
-  std::vector<double>& rate = context.pressure.rate;
+  std::vector<double>& rate = pressures.scratch.rate;
   follow_bodies(bodies.rigid, bodies.bound, bodies.particles);
-  if (!context.projection.empty() && find_slow(world, context))
-    project_active_contacts(world, context, {&context.rests, turned_cone_share});
-  // The impulses of context.projection are those of half a step.
+  if (!context.solve.projection.empty() && find_slow(world, context))
+    project_active_contacts(world, context, {&pressures.rests, turned_cone_share});
+  // The impulses of context.solve.projection are those of half a step.
   find_expected_rates(
-      world, context, {2, &context.joint_drive, context.dt, true}, [&](const Expected& expected) {
+      world, context, {2, &context.joints.drive, context.dt, true}, [&](const Expected& expected) {
         rings.divergence_at(bodies.particles.x, velocities_in_contact(world, context, expected), rate);
         for (double& r : rate) r = -r;
       });
-  rings.linearize(context.x_half);
+  rings.linearize(context.states.x_half);
   {
     const AtMiddle at_middle(world);
-    bring_bound_to_middle(bodies, context.rigid_n);
+    bring_bound_to_middle(bodies, context.states.rigid_n);
   }
   find_change(world, context, velocity_settings(world));
   leave_answer_to_contact(world, context);
   change_velocities(world, context);
-  for (std::size_t i = 0; i < context.pressure_n.size(); ++i)
-    context.pressure_next[i] = context.pressure.pressure[i] / context.dt;
+  for (std::size_t i = 0; i < world.last_step.pressure.size(); ++i)
+    pressures.next[i] = pressures.scratch.pressure[i] / context.dt;
   if (after_contact) count_middle_forces(world, context, 1);
   check_finite(world, Stage::make_incompressible);
 }
@@ -372,15 +380,15 @@ void keep_volume(World& world, StepContext& context) {
   follow_bodies(bodies.rigid, bodies.bound, bodies.particles);
   rings.linearize(bodies.particles.x);
   const auto find_rates = [&] {
-    std::vector<double>& rate = context.pressure.rate;
+    std::vector<double>& rate = context.pressures.scratch.rate;
     rings.divergence(velocities_in_contact(world, context, {}), rate);
     for (double& r : rate) r = -r;
   };
   if (!project_contacts(world, context, find_rates)) return;
   find_change(world, context, velocity_settings(world));
   change_velocities(world, context);
-  for (std::size_t i = 0; i < context.pressure_n.size(); ++i)
-    context.pressure_next[i] += context.pressure.pressure[i] / context.dt;
+  for (std::size_t i = 0; i < world.last_step.pressure.size(); ++i)
+    context.pressures.next[i] += context.pressures.scratch.pressure[i] / context.dt;
   check_finite(world, Stage::volume_at_end);
 }
 
@@ -389,9 +397,9 @@ void keep_volume(World& world, StepContext& context) {
 // work on particles that in truth stay together.
 void add_held_pressures(World& world, StepContext& context, double dt, GeneralizedVelocity& velocity) {
   NodalVolumes& rings = world.bodies.nodal_volumes;
-  PressureScratch& scratch = context.pressure;
+  PressureScratch& scratch = context.pressures.scratch;
   scratch.scaled.resize(rings.size());
-  for (std::size_t i = 0; i < rings.size(); ++i) scratch.scaled[i] = dt * context.pressure_n[i];
+  for (std::size_t i = 0; i < rings.size(); ++i) scratch.scaled[i] = dt * world.last_step.pressure[i];
   scratch.change.particle.assign(world.bodies.particles.size(), Vec3::Zero());
   scratch.change.linear.assign(world.bodies.rigid.size(), Vec3::Zero());
   scratch.change.angular.assign(world.bodies.rigid.size(), Vec3::Zero());

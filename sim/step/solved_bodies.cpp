@@ -55,16 +55,17 @@ void find_thin(const Bodies& bodies, const Islands& islands, std::vector<char>& 
     if (body.thickness > 0) is_thin[as_index(islands.of_particle(body.first_particle))] = true;
 }
 
-// Marks in context.solved_bodies the deformable bodies that crush a rigid one. context.touching holds each
-// pair of bodies in contact once: a rigid body and its guest, which is rigid, or deformable with numbers that
-// follow those of rigid bodies. `islands` have these pairs joined.
+// Marks in context.solved.bodies the deformable bodies that crush a rigid one. context.solved.touching holds
+// each pair of bodies in contact once: a rigid body and its guest, which is rigid, or deformable with numbers
+// that follow those of rigid bodies. `islands` have these pairs joined.
 void add_crushing(const Bodies& bodies, const Islands& islands, StepContext& context) {
-  std::vector<char>& is_thin = context.is_solved;
+  SolvedContact& solved = context.solved;
+  std::vector<char>& is_thin = solved.is_searched;
   find_thin(bodies, islands, is_thin);
   const int rigid_count = static_cast<int>(bodies.rigid.size());
-  std::vector<char>& holder = context.holder;
+  std::vector<char>& holder = solved.holder;
   holder.assign(bodies.rigid.size(), nothing);
-  for (const auto& [host, guest] : context.touching) {
+  for (const auto& [host, guest] : solved.touching) {
     char& of_host = holder[as_index(host)];
     if (guest < rigid_count) {
       of_host = holder[as_index(guest)] = several;
@@ -72,12 +73,12 @@ void add_crushing(const Bodies& bodies, const Islands& islands, StepContext& con
       of_host = of_host == nothing ? heavy_volume : several;
     }
   }
-  for (const auto& [host, guest] : context.touching) {
+  for (const auto& [host, guest] : solved.touching) {
     if (guest < rigid_count || holder[as_index(host)] != several) continue;
     const int d = guest - rigid_count;
     const std::size_t island = as_index(islands.of_particle(bodies.deformable[as_index(d)].first_particle));
     if (is_heavy(bodies, host, d) && !is_thin[island] && !islands.has_joints(island))
-      context.solved_bodies[as_index(d)] = true;
+      solved.bodies[as_index(d)] = true;
   }
 }
 
@@ -87,19 +88,20 @@ bool looks_for_crushing(const World& world) {
          !world.settings.constraints_before_solve;
 }
 
-// Sets context.touching and context.solved to the pairs, and their islands, of the contact cache of the last
-// step.
-void find_touching(const Bodies& bodies, StepContext& context) {
+// Sets context.solved.touching and context.solved.islands to the pairs, and their islands, of the contact
+// cache of the last step.
+void find_touching(const Bodies& bodies, const ContactCache& cache, StepContext& context) {
+  SolvedContact& solved = context.solved;
   const int rigid_count = static_cast<int>(bodies.rigid.size());
-  Islands& islands = context.solved;
+  Islands& islands = solved.islands;
   islands.begin(bodies);
-  context.touching.clear();
-  for (const CachedContact& contact : context.contact_cache) {  // contacts of a pair follow each other
+  solved.touching.clear();
+  for (const CachedContact& contact : cache) {  // contacts of a pair follow each other
     const bool is_rigid_pair = contact.guest_rigid >= 0;
     const std::array<int, 2> pair{
         contact.host, is_rigid_pair ? contact.guest_rigid : rigid_count + soft_guest(bodies, contact)};
-    if (!context.touching.empty() && context.touching.back() == pair) continue;
-    context.touching.push_back(pair);
+    if (!solved.touching.empty() && solved.touching.back() == pair) continue;
+    solved.touching.push_back(pair);
     if (is_rigid_pair)
       islands.join_rigid(pair[0], pair[1]);
     else
@@ -121,7 +123,7 @@ bool may_crush(const Bodies& bodies) {
 
 void choose_solved_bodies(World& world, StepContext& context) {
   const Bodies& bodies = world.bodies;
-  std::vector<char>& solved = context.solved_bodies;
+  std::vector<char>& solved = context.solved.bodies;
   if (!world.has_internal_forces() ||
       (world.settings.constraints_before_solve && !world.settings.implicit_elasticity)) {
     solved.assign(bodies.deformable.size(), false);
@@ -133,20 +135,20 @@ void choose_solved_bodies(World& world, StepContext& context) {
   }
   solved = world.strongly_damped;
   if (!looks_for_crushing(world)) return;
-  find_touching(bodies, context);
-  add_crushing(bodies, context.solved, context);
+  find_touching(bodies, world.last_step.contact_cache, context);
+  add_crushing(bodies, context.solved.islands, context);
 }
 
 void add_solved_bodies(const World& world, StepContext& context) {
   if (!looks_for_crushing(world)) return;
   const int rigid_count = static_cast<int>(world.bodies.rigid.size());
-  context.touching.clear();
-  for (const int p : context.graph.pairs) {
-    const ContactPair& pair = context.contacts.pairs[as_index(p)];
-    context.touching.push_back(
+  context.solved.touching.clear();
+  for (const int p : context.contact.graph.pairs) {
+    const ContactPair& pair = context.contact.contacts.pairs[as_index(p)];
+    context.solved.touching.push_back(
         {pair.host, pair.guest_rigid >= 0 ? pair.guest_rigid : rigid_count + pair.guest_deformable});
   }
-  add_crushing(world.bodies, context.solved, context);
+  add_crushing(world.bodies, context.solved.islands, context);
 }
 
 // The conditions are those under which choose_solved_bodies() and add_solved_bodies() may choose a body in

@@ -25,10 +25,10 @@ namespace {
 // Returns the projection that keeps the joints of `islands` in a solve, or null if they have none.
 ContactProjection* keep_joints(World& world, StepContext& context, const Islands& islands) {
   if (!islands.has_joints()) return nullptr;
-  context.projection.build(world.bodies);
-  context.joints.prepare_projection(world.bodies.rigid);
-  context.projection.add_joints(context.joints);
-  return &context.projection;
+  context.solve.projection.build(world.bodies);
+  context.joints.solver.prepare_projection(world.bodies.rigid);
+  context.solve.projection.add_joints(context.joints.solver);
+  return &context.solve.projection;
 }
 
 // Number of solves by which implicit steps find the middle of the step for bodies whose strain relaxes
@@ -54,27 +54,29 @@ void add_forces(const Bodies& bodies, const std::vector<Vec3>& force, double dt,
   add_force_twists(bodies.rigid, bodies.bound, force, dt, v.linear, v.angular);
 }
 
-// Evaluates the elements at x^n + dt V, the middle of the step, for V in context.solution, and leaves the
-// elastic forces there in context.damping_force. Damping acts at that deformation, where the displacement of
-// a body that only turns has no strain. At the deformation of the beginning the body would grow with every
-// step, and strong damping would not let it shrink again.
+// Evaluates the elements at x^n + dt V, the middle of the step, for V in context.solve.solution, and leaves
+// the elastic forces there in context.solve.damping_force. Damping acts at that deformation, where the
+// displacement of a body that only turns has no strain. At the deformation of the beginning the body would
+// grow with every step, and strong damping would not let it shrink again.
 void deform_to_middle(World& world, StepContext& context, double dt) {
   Particles& particles = world.bodies.particles;
   for (std::size_t p = 0; p < particles.size(); ++p)
-    particles.x[p] = context.x_n[p] + dt * context.solution.particle[p];
-  context.damping_force.assign(particles.size(), Vec3::Zero());
+    particles.x[p] = context.states.x_n[p] + dt * context.solve.solution.particle[p];
+  context.solve.damping_force.assign(particles.size(), Vec3::Zero());
   world.clock.time(Stage::elastic_forces,
-                   [&] { world.bodies.forces.add_elastic_forces(particles.x, context.damping_force); });
-  particles.x = context.x_n;
+                   [&] { world.bodies.forces.add_elastic_forces(particles.x, context.solve.damping_force); });
+  particles.x = context.states.x_n;
 }
 
-// Sets right_side to context.middle_velocity, the velocities before this solve, less the change that the
-// solve of step I made: this solve replaces it.
+// Sets right_side to context.solved.middle_velocity, the velocities before this solve, less the change that
+// the solve of step I made: this solve replaces it.
 void begin_right_side(const Bodies& bodies, StepContext& context) {
-  context.right_side = context.middle_velocity;
-  VelocitySystem::axpy(-1, context.solved_change, context.right_side);
+  VelocitySolve& solve = context.solve;
+  solve.right_side = context.solved.middle_velocity;
+  VelocitySystem::axpy(-1, solve.solved_change, solve.right_side);
   for (std::size_t p = 0; p < bodies.particles.size(); ++p)  // held particles are led
-    if (is_held(bodies.particles, p)) context.right_side.particle[p] = context.middle_velocity.particle[p];
+    if (is_held(bodies.particles, p))
+      solve.right_side.particle[p] = context.solved.middle_velocity.particle[p];
 }
 
 // right_side += dt M^-1 (F(x^n + dt V) + gravity), with the forces that deform_to_middle() has found. Forces
@@ -82,84 +84,87 @@ void begin_right_side(const Bodies& bodies, StepContext& context) {
 // resists the moment, and in stiff bodies each step would add more to it than the last.
 void add_forces_of_middle(World& world, StepContext& context, double dt) {
   const Particles& particles = world.bodies.particles;
-  std::vector<Vec3>& force = context.explicit_force;
-  force = context.damping_force;
+  std::vector<Vec3>& force = context.solve.explicit_force;
+  force = context.solve.damping_force;
   for (std::size_t p = 0; p < particles.size(); ++p) force[p] += particles.mass[p] * world.gravity;
-  add_forces(world.bodies, force, dt, context.right_side);
+  add_forces(world.bodies, force, dt, context.solve.right_side);
 }
 
-// Fills context.blocks and builds context.contact_forces for a solve over `dt` (s). The impulses that
+// Fills context.solve.blocks and builds context.solved.forces for a solve over `dt` (s). The impulses that
 // contacts hold, times `factor`, are the multipliers.
 void build_forces(World& world, StepContext& context, const Islands& islands, double dt, double factor) {
   find_blocks(
       world, context, dt,
       world.settings.implicit_elasticity ? ImplicitForces::damping_and_elasticity : ImplicitForces::damping);
-  context.contact_forces.build(world.bodies, context.contacts, context.graph, islands, factor,
-                               context.blocks.own());
+  context.solved.forces.build(world.bodies, context.contact.contacts, context.contact.graph, islands, factor,
+                              context.solve.blocks.own());
 }
 
-// Builds context.joint_forces for a solve over `dt` (s), after build_forces(). The multipliers are `factor`
-// times the impulses in context.drive_impulse.
+// Builds context.joints.forces for a solve over `dt` (s), after build_forces(). The multipliers are `factor`
+// times the impulses in context.joints.drive_impulse.
 void build_joint_forces(World& world, StepContext& context, const Islands& islands, RateAt at, double dt,
                         double factor) {
-  context.joint_forces.clear();
+  JointStage& joints = context.joints;
+  joints.forces.clear();
   if (!islands.has_joints()) return;
-  context.joints.drive_rows(world.bodies.articulation, world.bodies.rigid, at, context.dt, dt,
-                            context.drive_rows);
-  context.joint_forces.build(world.bodies.rigid, context.drive_rows, islands,
-                             context.contact_forces.heaviest(), context.drive_impulse, factor);
+  joints.solver.drive_rows(world.bodies.articulation, world.bodies.rigid, at, context.dt, dt,
+                           joints.drive_rows);
+  joints.forces.build(world.bodies.rigid, joints.drive_rows, islands, context.solved.forces.heaviest(),
+                      joints.drive_impulse, factor);
 }
 
 // Starts the solve at v^^n instead of the velocity without contact, if its potential is lower, as for bodies
 // at rest. Solves with constraints keep their start.
 void begin_at_the_better(World& world, StepContext& context, const VelocityProblem& problem) {
+  VelocitySolve& solve = context.solve;
   if (problem.projection) return;
   const double as_predicted = solve_potential(world, context, problem);
-  GeneralizedVelocity& other = context.preconditioned;
-  other = context.solution;
+  GeneralizedVelocity& other = solve.preconditioned;
+  other = solve.solution;
   for (std::size_t p = 0; p < world.bodies.particles.size(); ++p)
-    if (!is_held(world.bodies.particles, p)) context.solution.particle[p] = context.v_hat_n.particle[p];
+    if (!is_held(world.bodies.particles, p)) solve.solution.particle[p] = context.states.v_hat_n.particle[p];
   for (std::size_t i = 0; i < world.bodies.rigid.size(); ++i) {
     if (!world.bodies.rigid.properties[i].is_dynamic()) continue;
-    context.solution.linear[i] = context.v_hat_n.rigid[i];
-    context.solution.angular[i] = world.bodies.rigid.state[i].inverse_inertia * context.v_hat_n.rotation[i];
+    solve.solution.linear[i] = context.states.v_hat_n.rigid[i];
+    solve.solution.angular[i] =
+        world.bodies.rigid.state[i].inverse_inertia * context.states.v_hat_n.rotation[i];
   }
-  follow_twists(world.bodies.bound, context.solution.linear, context.solution.angular,
-                context.solution.particle);
-  if (!(solve_potential(world, context, problem) < as_predicted)) context.solution = other;
+  follow_twists(world.bodies.bound, solve.solution.linear, solve.solution.angular, solve.solution.particle);
+  if (!(solve_potential(world, context, problem) < as_predicted)) solve.solution = other;
 }
 
 }  // namespace
 
 void find_solved_islands(World& world, StepContext& context) {
+  SolvedContact& solved = context.solved;
   const Bodies& bodies = world.bodies;
-  Islands& islands = context.solved;
+  Islands& islands = solved.islands;
   islands.begin(bodies);
-  for (const int p : context.graph.pairs) {
-    const ContactPair& pair = context.contacts.pairs[as_index(p)];
+  for (const int p : context.contact.graph.pairs) {
+    const ContactPair& pair = context.contact.contacts.pairs[as_index(p)];
     if (pair.guest_rigid >= 0)
       islands.join_rigid(pair.host, pair.guest_rigid);
     else
       islands.join_particle(pair.host, bodies.deformable[as_index(pair.guest_deformable)].first_particle);
   }
   if (world.has(Effect::self_repulsion))
-    for (const RepulsionPair& pair : context.approaching_surfaces.pairs())
+    for (const RepulsionPair& pair : context.surfaces.approaching.pairs())
       islands.join_particles(pair.particle.front(), pair.particle.back());
   islands.finish();
   add_solved_bodies(world, context);
-  context.is_solved.assign(islands.size(), false);
+  solved.is_searched.assign(islands.size(), false);
   for (std::size_t d = 0; d < bodies.deformable.size(); ++d)
-    if (context.solved_bodies[d])
-      context.is_solved[as_index(islands.of_particle(bodies.deformable[d].first_particle))] = true;
+    if (solved.bodies[d])
+      solved.is_searched[as_index(islands.of_particle(bodies.deformable[d].first_particle))] = true;
   for (std::size_t i = 0; i < islands.size(); ++i)
-    if (!context.is_solved[i]) islands.leave(i);
+    if (!solved.is_searched[i]) islands.leave(i);
   islands.update();
-  context.contact_forces.clear();
-  context.joint_forces.clear();
+  solved.forces.clear();
+  context.joints.forces.clear();
 }
 
 bool is_solved(const StepContext& context, const Bodies& bodies, const ContactPair& pair) {
-  const Islands& islands = context.solved;
+  const Islands& islands = context.solved.islands;
   if (islands.is_searched_rigid(as_index(pair.host))) return true;
   if (pair.guest_rigid >= 0) return islands.is_searched_rigid(as_index(pair.guest_rigid));
   const int particle = bodies.deformable[as_index(pair.guest_deformable)].first_particle;
@@ -176,23 +181,25 @@ void solve_halfway(World& world, StepContext& context, const Islands& islands, I
   const bool is_elastic = forces == ImplicitForces::damping_and_elasticity;
   build_forces(world, context, islands, dt, 1);
   if (world.has(Effect::self_repulsion))
-    context.contact_forces.add_pairs(bodies, context.approaching_surfaces.pairs(), islands, context.dt,
-                                     parted_share, context.pair_forces_n, dt, context.blocks.own());
+    context.solved.forces.add_pairs(bodies, context.surfaces.approaching.pairs(), islands, context.dt,
+                                    parted_share, world.last_step.pair_forces, dt,
+                                    context.solve.blocks.own());
   const bool is_implicit = world.settings.implicit_elasticity;
-  if (context.contact_forces.empty() && is_implicit && !islands.has_joints()) return;
-  context.solution = context.middle_velocity;
+  if (context.solved.forces.empty() && is_implicit && !islands.has_joints()) return;
+  context.solve.solution = context.solved.middle_velocity;
   build_joint_forces(world, context, islands, RateAt::whole_step, dt, 1);
-  context.joint_forces.add_velocities(-1, context.middle_velocity);  // unknown in this solve
-  const Momentum known_drive = context.joint_forces.impulse_of_fixed();
+  context.joints.forces.add_velocities(-1, context.solved.middle_velocity);  // unknown in this solve
+  const Momentum known_drive = context.joints.forces.impulse_of_fixed();
   begin_right_side(bodies, context);
-  follow_twists(bodies.bound, context.solution.linear, context.solution.angular, context.solution.particle);
+  follow_twists(bodies.bound, context.solve.solution.linear, context.solve.solution.angular,
+                context.solve.solution.particle);
   if (!is_elastic) deform_to_middle(world, context, dt);
   if (!is_elastic && is_implicit) add_forces_of_middle(world, context, dt);
   const VelocityProblem problem{.dt = dt,
                                 .is_elastic = is_elastic,
                                 .projection = keep_joints(world, context, islands),
-                                .contacts = &context.contact_forces,
-                                .joints = &context.joint_forces,
+                                .contacts = &context.solved.forces,
+                                .joints = &context.joints.forces,
                                 .islands = &islands};
   begin_at_the_better(world, context, problem);
   bool converged = find_velocity(world, context, problem);
@@ -202,82 +209,89 @@ void solve_halfway(World& world, StepContext& context, const Islands& islands, I
     add_forces_of_middle(world, context, dt);
     converged = find_velocity(world, context, problem);
   }
-  context.contact_forces.store_pairs(dt, context.pair_forces);
-  context.joint_forces.give_impulses(context.drive_impulse, context.swept_impulse);
-  bodies.particles.x = context.x_n;
-  context.contact_converged = context.contact_converged && converged;
+  context.solved.forces.store_pairs(dt, context.solved.pair_forces);
+  context.joints.forces.give_impulses(context.joints.drive_impulse, context.joints.swept_impulse);
+  bodies.particles.x = context.states.x_n;
+  context.solved.converged = context.solved.converged && converged;
   if (!converged && is_elastic) apply_rigid_fallback(world, context, FallbackFrom::solution);
   if (!world.settings.implicit_elasticity) {
-    context.solve_from_outside = context.contact_forces.impulse_of_pins(bodies.particles);
-    context.solve_from_outside += impulse_of_holders(world, islands, dt);
-    context.solve_from_outside += context.joint_forces.impulse_of_fixed() - known_drive;
+    context.solved.from_outside = context.solved.forces.impulse_of_pins(bodies.particles);
+    context.solved.from_outside += impulse_of_holders(world, islands, dt);
+    context.solved.from_outside += context.joints.forces.impulse_of_fixed() - known_drive;
     return_momentum_to_islands(world, context, islands, dt);
   }
-  take_velocities(context.solution, islands, bodies);
-  to_generalized(bodies, context.middle_velocity);
-  context.contact_forces.store(1, context.contacts);
+  take_velocities(context.solve.solution, islands, bodies);
+  to_generalized(bodies, context.solved.middle_velocity);
+  context.solved.forces.store(1, context.contact.contacts);
 }
 
-// Divides the searched islands of implicit steps into context.elastic and context.relaxing. On the latter,
-// strain relaxes so slowly that elastic forces hardly change within the step, and their solve leaves
-// elasticity out. With it, Newton's method would have to find the deformation at which strong damping acts
-// together with the velocity, and it fails where contact turns bodies far within a step.
+// Divides the searched islands of implicit steps into context.solved.elastic and context.solved.relaxing. On
+// the latter, strain relaxes so slowly that elastic forces hardly change within the step, and their solve
+// leaves elasticity out. With it, Newton's method would have to find the deformation at which strong damping
+// acts together with the velocity, and it fails where contact turns bodies far within a step.
 void find_relaxing_islands(World& world, StepContext& context) {
+  SolvedContact& solved = context.solved;
   // Least number of steps in which strain relaxes. Explicit forces are stable from half a step on as long as
   // bodies are hardly deformed, but a body that is compressed to half of its size is several times as stiff.
   constexpr double least = 10;
-  context.elastic = context.relaxing = context.solved;
-  for (std::size_t i = 0; i < context.solved.size(); ++i) {
-    if (!context.solved.is_searched(i)) continue;
+  solved.elastic = solved.relaxing = solved.islands;
+  for (std::size_t i = 0; i < solved.islands.size(); ++i) {
+    if (!solved.islands.is_searched(i)) continue;
     bool relaxes_slowly = true;
     for (std::size_t d = 0; d < world.bodies.deformable.size(); ++d)
-      if (as_index(context.solved.of_particle(world.bodies.deformable[d].first_particle)) == i)
+      if (as_index(solved.islands.of_particle(world.bodies.deformable[d].first_particle)) == i)
         relaxes_slowly = relaxes_slowly && world.damping_time[d] >= least * context.dt;
-    (relaxes_slowly ? context.elastic : context.relaxing).leave(i);
+    (relaxes_slowly ? solved.elastic : solved.relaxing).leave(i);
   }
-  context.elastic.update();
-  context.relaxing.update();
+  solved.elastic.update();
+  solved.relaxing.update();
 }
 
 }  // namespace
 
 void solve_contact_halfway(World& world, StepContext& context) {
-  context.solve_from_outside = {};
-  context.contact_converged = true;
-  for (const int p : context.graph.pairs) {
-    ContactPair& pair = context.contacts.pairs[as_index(p)];
+  SolvedContact& solved = context.solved;
+  JointStage& joints = context.joints;
+  solved.from_outside = {};
+  solved.converged = true;
+  for (const int p : context.contact.graph.pairs) {
+    ContactPair& pair = context.contact.contacts.pairs[as_index(p)];
     pair.active = pair.active || is_solved(context, world.bodies, pair);
   }
-  context.pair_forces.clear();
-  if (context.solved.searched() == 0) return;
-  to_generalized(world.bodies, context.middle_velocity);
-  context.drive_impulse = context.swept_impulse = context.joints.impulses();
+  solved.pair_forces.clear();
+  if (solved.islands.searched() == 0) return;
+  to_generalized(world.bodies, solved.middle_velocity);
+  joints.drive_impulse = joints.swept_impulse = joints.solver.impulses();
   if (world.settings.implicit_elasticity) {
     find_relaxing_islands(world, context);
-    solve_halfway(world, context, context.elastic, ImplicitForces::damping_and_elasticity);
-    solve_halfway(world, context, context.relaxing, ImplicitForces::damping);
+    solve_halfway(world, context, solved.elastic, ImplicitForces::damping_and_elasticity);
+    solve_halfway(world, context, solved.relaxing, ImplicitForces::damping);
   } else {
-    solve_halfway(world, context, context.solved, ImplicitForces::damping);
+    solve_halfway(world, context, solved.islands, ImplicitForces::damping);
   }
-  if (!context.solved.has_joints()) return;
-  find_drive(context.joints, context.drive_impulse, context.dt / 2, context.joint_drive);
-  find_drive(context.joints, context.swept_impulse, context.dt / 2, context.swept_drive);
+  if (!solved.islands.has_joints()) return;
+  find_drive(joints.solver, joints.drive_impulse, context.dt / 2, joints.drive);
+  find_drive(joints.solver, joints.swept_impulse, context.dt / 2, joints.swept_drive);
 }
 
 void solve_contact_at_end(World& world, StepContext& context) {
-  context.solve_from_outside = {};
-  context.pair_forces_next.clear();
+  VelocitySolve& solve = context.solve;
+  SolvedContact& solved = context.solved;
+  JointStage& joints = context.joints;
+  ContactStage& contact = context.contact;
+  solved.from_outside = {};
+  solved.pair_forces_next.clear();
   Bodies& bodies = world.bodies;
-  if (context.solved.searched() == 0) return;
+  if (solved.islands.searched() == 0) return;
   const double dt = context.dt;
-  add_turn_forces(world, context, 1, context.explicit_force);
+  add_turn_forces(world, context, 1, solve.explicit_force);
   // b = v-^n + dt (g + M^-1 F), without contact and damping.
-  GeneralizedVelocity& b = context.start_velocity;
-  add_forces(bodies, context.explicit_force, dt, b);
+  GeneralizedVelocity& b = solved.start_velocity;
+  add_forces(bodies, solve.explicit_force, dt, b);
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
     if (bodies.rigid.properties[i].is_dynamic()) b.linear[i] += dt * world.gravity;
-  const bool has_joints = context.solved.has_joints();
-  const RigidForces& swept_drive = has_joints ? context.swept_drive : context.joint_drive;
+  const bool has_joints = solved.islands.has_joints();
+  const RigidForces& swept_drive = has_joints ? joints.swept_drive : joints.drive;
   add_joint_drive(bodies, swept_drive, dt, b);
   for (const KinematicStep& step : context.kinematic) {
     b.linear[step.body] = bodies.rigid.state[step.body].velocity;
@@ -285,57 +299,56 @@ void solve_contact_at_end(World& world, StepContext& context) {
   }
   for (std::size_t p = 0; p < bodies.particles.size(); ++p)
     if (is_held(bodies.particles, p))
-      b.particle[p] = context.middle_velocity.particle[p] = bodies.particles.v[p];
+      b.particle[p] = solved.middle_velocity.particle[p] = bodies.particles.v[p];
   // Contacts at x^{n+1}, with targets for the velocities of step III.
-  take_velocities(context.middle_velocity, context.solved, bodies);
+  take_velocities(solved.middle_velocity, solved.islands, bodies);
   follow_bodies(bodies.rigid, bodies.bound, bodies.particles);
-  update_contacts(context.graph, bodies, context.contacts);
-  find_impact_planes(bodies, context.v_hat_n, dt, world.settings.orientation, world.gravity.norm() * dt * dt,
-                     context.contacts);
-  find_speculative_targets(dt, world.settings.orientation, context.graph, bodies, context.contacts);
-  to_generalized(bodies, context.solution);
-  context.right_side = b;
-  build_forces(world, context, context.solved, dt, 2);
+  update_contacts(contact.graph, bodies, contact.contacts);
+  find_impact_planes(bodies, context.states.v_hat_n, dt, world.settings.orientation,
+                     world.gravity.norm() * dt * dt, contact.contacts);
+  find_speculative_targets(dt, world.settings.orientation, contact.graph, bodies, contact.contacts);
+  to_generalized(bodies, solve.solution);
+  solve.right_side = b;
+  build_forces(world, context, solved.islands, dt, 2);
   if (world.has(Effect::self_repulsion))
-    context.contact_forces.add_pairs(bodies, context.self_repulsion.pairs(), context.solved, dt, 0,
-                                     context.pair_forces, dt, context.blocks.own());
-  build_joint_forces(world, context, context.solved, RateAt::end, dt, 2);
-  ContactProjection* projection = keep_joints(world, context, context.solved);
-  if (projection) projection->satisfy(context.solution);
-  follow_twists(bodies.bound, context.right_side.linear, context.right_side.angular,
-                context.right_side.particle);
-  follow_twists(bodies.bound, context.solution.linear, context.solution.angular, context.solution.particle);
+    solved.forces.add_pairs(bodies, context.surfaces.repulsion.pairs(), solved.islands, dt, 0,
+                            solved.pair_forces, dt, solve.blocks.own());
+  build_joint_forces(world, context, solved.islands, RateAt::end, dt, 2);
+  ContactProjection* projection = keep_joints(world, context, solved.islands);
+  if (projection) projection->satisfy(solve.solution);
+  follow_twists(bodies.bound, solve.right_side.linear, solve.right_side.angular, solve.right_side.particle);
+  follow_twists(bodies.bound, solve.solution.linear, solve.solution.angular, solve.solution.particle);
   find_blocks(world, context, dt, ImplicitForces::damping);
   find_velocity(world, context,
                 {.dt = dt,
                  .projection = projection,
-                 .contacts = &context.contact_forces,
-                 .joints = &context.joint_forces,
-                 .islands = &context.solved});
+                 .contacts = &solved.forces,
+                 .joints = &joints.forces,
+                 .islands = &solved.islands});
   // If the solve has converged, V plus the residual are the velocities that forces and impulses make, which
   // keep momentum to rounding.
   double left = 0;
-  for (const Vec3& v : context.newton_residual.particle) left = std::max(left, v.norm());
+  for (const Vec3& v : solve.newton_residual.particle) left = std::max(left, v.norm());
   const bool has_converged = left <= world.settings.cg_tolerance;
-  context.contact_converged = context.contact_converged && has_converged;
-  if (has_converged) VelocitySystem::axpy(1, context.newton_residual, context.solution);
+  solved.converged = solved.converged && has_converged;
+  if (has_converged) VelocitySystem::axpy(1, solve.newton_residual, solve.solution);
   for (std::size_t p = 0; p < bodies.particles.size(); ++p)
-    context.force[p] = context.explicit_force[p] + context.damping_force[p];
+    solve.force[p] = solve.explicit_force[p] + solve.damping_force[p];
   // The sweeps of V.4 start from twice the impulses that contacts hold, so that half of them are stored. V.4
   // applies them again, and finds control, friction and limits of other joints anew; both are taken out of
   // the velocities here. The drive of joints in the solve stays.
-  context.contact_forces.store(0.5, context.contacts);
-  context.contact_forces.store_pairs(dt, context.pair_forces_next);
-  context.right_side = context.solution;
-  context.contact_forces.add_stored_velocities(-1, context.right_side);
-  add_joint_drive(bodies, swept_drive, -dt, context.right_side);
+  solved.forces.store(0.5, contact.contacts);
+  solved.forces.store_pairs(dt, solved.pair_forces_next);
+  solve.right_side = solve.solution;
+  solved.forces.add_stored_velocities(-1, solve.right_side);
+  add_joint_drive(bodies, swept_drive, -dt, solve.right_side);
   if (!world.settings.implicit_elasticity) {
-    context.solve_from_outside = context.contact_forces.impulse_of_pins(bodies.particles);
-    context.solve_from_outside += context.joint_forces.impulse_of_fixed();
+    solved.from_outside = solved.forces.impulse_of_pins(bodies.particles);
+    solved.from_outside += joints.forces.impulse_of_fixed();
     if (!has_converged)
-      return_momentum_to_bodies(world, context.solved, context.x_half, dt, context.right_side);
+      return_momentum_to_bodies(world, solved.islands, context.states.x_half, dt, solve.right_side);
   }
-  take_velocities(context.right_side, context.solved, bodies);
+  take_velocities(solve.right_side, solved.islands, bodies);
   check_finite(world, Stage::contact_in_solve_at_end);
 }
 

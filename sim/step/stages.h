@@ -92,15 +92,15 @@ void slow_in_air_halfway(World& world, StepContext& context);
 /// Adds the impulses of applied forces over half a step to v~^{n+1/2}.
 void push_bodies_halfway(World& world, StepContext& context);
 
-/// Collects all contacts that may be reached within the step at v~^{n+1/2}: sets context.contacts.
+/// Collects all contacts that may be reached within the step at v~^{n+1/2}: sets context.contact.contacts.
 void find_contacts(World& world, StepContext& context);
-/// Stores v~^{n+1/2} - v^n in context.difference, and gives the bodies v^n back.
+/// Stores v~^{n+1/2} - v^n in context.states.difference, and gives the bodies v^n back.
 void return_to_start(World& world, StepContext& context);
 /// II.1: v^n -> v_*^n, by collisions.
 void collide(World& world, StepContext& context);
 /// II.2: v_*^n -> v^^n, by post-stabilization, so that collisions take no joint apart.
 void stabilize_collided(World& world, StepContext& context);
-/// II.3: v^^{n+1/2} = v^^n + (v~^{n+1/2} - v^n). Stores v^^n in context.v_hat_n.
+/// II.3: v^^{n+1/2} = v^^n + (v~^{n+1/2} - v^n). Stores v^^n in context.states.v_hat_n.
 void evolve_again(World& world, StepContext& context);
 
 /// III.1: finds the order in which contact visits bodies, and the targets of contacts.

@@ -81,28 +81,28 @@ void add_state(Writer& writer, const World& world) {
     writer.begin(name, Owner::scene).push_back(hash);
   };
   add_scene("frequency bound", add_value(hash_seed, world.bodies.forces.max_omega_squared()));
-  const GeneralizedVelocity& acceleration = world.context.acceleration;
+  const GeneralizedVelocity& acceleration = world.last_step.acceleration;
   add_scene("particle accelerations",
             hash_values(acceleration.particle.data(), acceleration.particle.size()));
   add_scene("linear accelerations", hash_values(acceleration.linear.data(), acceleration.linear.size()));
   add_scene("angular accelerations", hash_values(acceleration.angular.data(), acceleration.angular.size()));
-  const std::vector<Vec3>& friction = world.context.surface_friction_n;
+  const std::vector<Vec3>& friction = world.last_step.surface_friction;
   const auto acts = [](const Vec3& force) { return !force.isZero(0); };
   if (std::any_of(friction.begin(), friction.end(), acts))  // else as without surfaces that touch
     add_scene("friction between surfaces", hash_values(friction.data(), friction.size()));
-  const RigidForces& drive = world.context.joint_drive_n;
+  const RigidForces& drive = world.last_step.joint_drive;
   if (std::any_of(drive.linear.begin(), drive.linear.end(), acts) ||
       std::any_of(drive.angular.begin(), drive.angular.end(), acts)) {
     add_scene("forces of joints", hash_values(drive.linear.data(), drive.linear.size()));
     add_scene("moments of joints", hash_values(drive.angular.data(), drive.angular.size()));
   }
-  const std::vector<double>& pressure = world.context.pressure_n;
+  const std::vector<double>& pressure = world.last_step.pressure;
   if (!pressure.empty())
     add_scene("pressures", hash_bytes(pressure.data(), pressure.size() * sizeof(double)));
-  const PairForces& pairs = world.context.pair_forces_n;
+  const PairForces& pairs = world.last_step.pair_forces;
   if (!pairs.empty())
     add_scene("forces between surfaces", hash_bytes(pairs.data(), pairs.size() * sizeof(PairForce)));
-  const ContactCache& memory = world.context.contact_cache;
+  const ContactCache& memory = world.last_step.contact_cache;
   add_scene("contact cache", hash_bytes(memory.data(), memory.size() * sizeof(CachedContact)));
 }
 
@@ -114,7 +114,7 @@ void add_contacts(Writer& writer, const World& world, bool has_contacts, std::st
   std::vector<std::uint64_t>& hashes = writer.begin(name, Owner::body);
   hashes.assign(bodies.rigid.size() + bodies.deformable.size(), hash_seed);
   if (!has_contacts) return;
-  const ContactSet& contacts = world.context.contacts;
+  const ContactSet& contacts = world.context.contact.contacts;
   for (const ContactPair& pair : contacts.pairs) {
     std::uint64_t& hash = hashes[guest_node(bodies, pair)];
     for (int i = pair.begin; i < pair.end; ++i)

@@ -19,7 +19,7 @@ constexpr int max_unsolved = 2;
 // Returns whether an implicit step is to be refused because its solves with contact have not converged. What
 // they leave goes into the strain of elements, which would throw bodies in later steps.
 bool leaves_contact_unsolved(const World& world, Refusal& refusal) {
-  if (!world.settings.implicit_elasticity || world.context.contact_converged) return false;
+  if (!world.settings.implicit_elasticity || world.context.solved.converged) return false;
   return refusal.unsolved++ < max_unsolved;
 }
 
@@ -77,11 +77,13 @@ bool step(World& world, double time, double dt, Refusal* refusal) {
   if (may_refuse && leaves_contact_unsolved(world, *refusal)) return refuse(world);
   world.ledger.end_step(world);
   world.contact_tally.end_step(world.bodies);
-  if (world.touches()) remember(context.contacts, context.graph, dt, context.contact_cache);
-  if (world.has(Effect::self_repulsion)) std::swap(context.surface_friction_n, context.surface_friction_next);
-  std::swap(context.pressure_n, context.pressure_next);
-  std::swap(context.pair_forces_n, context.pair_forces_next);
-  std::swap(context.joint_drive_n, context.joint_drive);
+  if (world.touches())
+    remember(context.contact.contacts, context.contact.graph, dt, world.last_step.contact_cache);
+  if (world.has(Effect::self_repulsion))
+    std::swap(world.last_step.surface_friction, context.surfaces.friction_next);
+  std::swap(world.last_step.pressure, context.pressures.next);
+  std::swap(world.last_step.pair_forces, context.solved.pair_forces_next);
+  std::swap(world.last_step.joint_drive, context.joints.drive);
   world.stage_hashes.end_step(world);
   return true;
 }

@@ -105,8 +105,8 @@ enum class ContactSolve {
 };
 /// Solves for the joints with their control, before contact.
 ///
-/// It also prepares context.linked, by which contact knows what joints and control do to the bodies that it
-/// meets.
+/// It also prepares context.joints.response, by which contact knows what joints and control do to the bodies
+/// that it meets.
 void control_joints(World& world, StepContext& context, ContactSolve solve);
 /// Solves contact and joints in turn, until contact no longer disturbs the joints.
 ///
@@ -119,16 +119,16 @@ void solve_contacts(World& world, StepContext& context, ContactSolve solve);
 bool may_crush(const Bodies& bodies);
 /// Chooses the deformable bodies with contact inside their velocity solves in this step, at its start.
 ///
-/// Sets context.solved_bodies; the contacts that held a force at the end of the last step stand for those of
+/// Sets context.solved.bodies; the contacts that held a force at the end of the last step stand for those of
 /// this step. The file sim/step/solved_bodies.cpp says which bodies are chosen, and why.
 void choose_solved_bodies(World& world, StepContext& context);
 /// Adds the deformable bodies that crush a rigid one by the contacts of this step.
 ///
-/// Extends context.solved_bodies; the islands of context.solved hold the contacts of this step.
+/// Extends context.solved.bodies; the islands of context.solved.islands hold the contacts of this step.
 void add_solved_bodies(const World& world, StepContext& context);
 /// Finds the islands of this step's contacts that hold a chosen body, and leaves out all others.
 ///
-/// Sets context.solved, whose searched islands are those with contact inside their velocity solve.
+/// Sets context.solved.islands, whose searched islands are those with contact inside their velocity solve.
 void find_solved_islands(World& world, StepContext& context);
 /// Returns whether a pair of bodies has its contact inside a velocity solve.
 bool is_solved(const StepContext& context, const Bodies& bodies, const ContactPair& pair);
@@ -136,14 +136,15 @@ bool is_solved(const StepContext& context, const Bodies& bodies, const ContactPa
 ///
 /// Returns what a ContactProjection needs to know of jointed bodies: see ArticulatedResponse::prepare.
 const ArticulatedResponse* link_active_contacts(World& world, StepContext& context);
-/// Makes context.projection that of the contacts that hold an impulse, of self-repulsions and of joints.
+/// Makes context.solve.projection that of the contacts that hold an impulse, of self-repulsions and of
+/// joints.
 ///
 /// Contacts of `sticking` bodies that stick are held along their tangents too; see ContactProjection::build.
 void project_active_contacts(World& world, StepContext& context, const StickingBodies& sticking = {});
 
-/// Sets context.force to gravity and the elastic forces (N) at the positions now.
+/// Sets context.solve.force to gravity and the elastic forces (N) at the positions now.
 ///
-/// If contact may be part of a solve, context.explicit_force gets the same forces.
+/// If contact may be part of a solve, context.solve.explicit_force gets the same forces.
 void find_explicit_forces(World& world, StepContext& context);
 /// Adds the change of the viscous forces (N) between x^{n+1/2}, the state of the elements, and the fraction
 /// `at` of the step, to which the velocities of a solve belong, at the mean velocities of the step; see
@@ -151,13 +152,15 @@ void find_explicit_forces(World& world, StepContext& context);
 void add_turn_forces(World& world, StepContext& context, double at, std::vector<Vec3>& force);
 /// Holds the particles at x^{n+1/2} while it lives.
 ///
-/// It exchanges the particle positions with context.x_half, and exchanges them back when it ends.
+/// It exchanges the particle positions with context.states.x_half, and exchanges them back when it ends.
 class AtMiddle {
  public:
   /// Takes the particles of `world` from x^{n+1} to x^{n+1/2}.
-  explicit AtMiddle(World& world) : world_(world) { world_.bodies.particles.x.swap(world_.context.x_half); }
+  explicit AtMiddle(World& world) : world_(world) {
+    world_.bodies.particles.x.swap(world_.context.states.x_half);
+  }
   /// Takes the particles back to x^{n+1}.
-  ~AtMiddle() { world_.bodies.particles.x.swap(world_.context.x_half); }
+  ~AtMiddle() { world_.bodies.particles.x.swap(world_.context.states.x_half); }
   AtMiddle(const AtMiddle&) = delete;
   AtMiddle& operator=(const AtMiddle&) = delete;
 
@@ -177,7 +180,7 @@ void apply_bound_forces(Bodies& bodies, const std::vector<Vec3>& force, double d
 ///
 /// The pressures act at the positions now.
 void add_held_pressures(World& world, StepContext& context, double dt, GeneralizedVelocity& velocity);
-/// Adds `sign` times the velocities now to context.twice_moved, for keep_spin().
+/// Adds `sign` times the velocities now to context.spin.twice_moved, for keep_spin().
 ///
 /// A change of velocities between a call with -1 and one with 1 counts as forces at x^{n+1/2}. begin_spin()
 /// makes the first count with -1.
@@ -204,34 +207,35 @@ enum class SolveOf {
 ///     V = v + dt M^-1 (F + F_damping(V))
 ///
 /// where v are the velocities now, and F gravity and the elastic forces. `dt` (s) is half of the step. Sets
-/// context.solution to V and context.force to F + F_damping(V). Semi-implicitly, F is what
-/// find_explicit_forces() left in context.force. With implicit elasticity, in I.1 alone, F is taken at
-/// x^n + dt V; the solve leaves the particles there, and context.converged says whether it converged.
+/// context.solve.solution to V and context.solve.force to F + F_damping(V). Semi-implicitly, F is what
+/// find_explicit_forces() left in context.solve.force. With implicit elasticity, in I.1 alone, F is taken at
+/// x^n + dt V; the solve leaves the particles there, and context.solve.converged says whether it converged.
 ///
 /// `projection` holds the constraints on V, or is null.
 void solve_velocity(World& world, StepContext& context, double dt, const KnownForces& known,
                     ContactProjection* projection, SolveOf stage);
 /// Solves V = b + dt M^-1 F_damping(V) by conjugate gradients, for the damping alone.
 ///
-/// The search starts at context.solution and leaves V there; b is context.right_side, which is overwritten.
-/// Adds F_damping(V) (N) to context.force. `projection` holds the constraints on V, or is null. `blocks`
-/// are those of the preconditioner that are assembled for the deformation now; with AssembleBlocks::missing
-/// the preconditioner of the last such solve is kept, and islands with contact inside their solve are left
-/// out. Returns whether V is finite.
+/// The search starts at context.solve.solution and leaves V there; b is context.solve.right_side, which is
+/// overwritten. Adds F_damping(V) (N) to context.solve.force. `projection` holds the constraints on V, or is
+/// null. `blocks` are those of the preconditioner that are assembled for the deformation now; with
+/// AssembleBlocks::missing the preconditioner of the last such solve is kept, and islands with contact inside
+/// their solve are left out. Returns whether V is finite.
 bool solve_with_damping(World& world, StepContext& context, double dt, ContactProjection* projection,
                         AssembleBlocks blocks);
 /// Returns the potential that the implicit solve minimizes without damping, J:
 ///
 ///     1/2 |V - v - dt g|_M^2 + elastic energy at x^n + dt V
 ///
-/// for V in context.solution and v in context.right_side; `dt` is in s. Leaves the particles at x^n + dt V.
+/// for V in context.solve.solution and v in context.solve.right_side; `dt` is in s. Leaves the particles at
+/// x^n + dt V.
 double incremental_potential(World& world, const StepContext& context, double dt);
 /// An equation V = b + dt M^-1 F for a velocity, which find_velocity() solves.
 ///
-/// b is context.right_side, and the search starts at context.solution. F are the damping forces at the
-/// deformation of the last elastic evaluation; with elasticity, F are gravity, elastic and damping forces at
-/// x^n + dt V, where the search leaves the particles. Impulses of contacts and constraints are added if there
-/// are any.
+/// b is context.solve.right_side, and the search starts at context.solve.solution. F are the damping forces
+/// at the deformation of the last elastic evaluation; with elasticity, F are gravity, elastic and damping
+/// forces at x^n + dt V, where the search leaves the particles. Impulses of contacts and constraints are
+/// added if there are any.
 struct VelocityProblem {
   double dt = 0;                            ///< s
   bool is_elastic = false;                  ///< true if elastic forces are part of F
@@ -242,16 +246,16 @@ struct VelocityProblem {
 };
 /// Solves `problem` by Newton's method, and returns whether it converged.
 ///
-/// Leaves V in context.solution, and in context.newton_residual the residual: by how much V falls short of
-/// the right side under the constraints, m/s. The search has converged if the residual is less than the
-/// tolerance; a bound on its iterations may end it before.
+/// Leaves V in context.solve.solution, and in context.solve.newton_residual the residual: by how much V falls
+/// short of the right side under the constraints, m/s. The search has converged if the residual is less than
+/// the tolerance; a bound on its iterations may end it before.
 bool find_velocity(World& world, StepContext& context, const VelocityProblem& problem);
-/// Fills context.blocks, the preconditioner, for a solve over `dt` (s).
+/// Fills context.solve.blocks, the preconditioner, for a solve over `dt` (s).
 ///
 /// The blocks hold the damping of the last elastic evaluation's deformation, and its elasticity if that is
 /// one of the `forces` of the solve.
 void find_blocks(World& world, StepContext& context, double dt, ImplicitForces forces);
-/// Returns the potential (J) that find_velocity() minimizes, at context.solution.
+/// Returns the potential (J) that find_velocity() minimizes, at context.solve.solution.
 double solve_potential(World& world, StepContext& context, const VelocityProblem& problem);
 /// The velocities whose means a rigid fallback takes.
 enum class FallbackFrom {
@@ -271,21 +275,21 @@ void apply_rigid_fallback(const World& world, StepContext& context, FallbackFrom
 
 /// Gives back the momentum that a solve with contact has lost, to islands as wholes.
 ///
-/// After a solve over `dt` (s) without elasticity, each searched island in context.solution moves on as a
-/// rigid body by the momentum that context.newton_residual has left of it, about the positions now. Islands
-/// with joints are left out, because their joints may hold them to something fixed.
+/// After a solve over `dt` (s) without elasticity, each searched island in context.solve.solution moves on as
+/// a rigid body by the momentum that context.solve.newton_residual has left of it, about the positions now.
+/// Islands with joints are left out, because their joints may hold them to something fixed.
 void return_momentum_to_islands(World& world, StepContext& context, const Islands& islands, double dt);
 /// Gives back the momentum that a solve with contact has lost, to every body by itself.
 ///
-/// Changes `velocity`: each deformable body moves on as a rigid body by what context.newton_residual has left
-/// of it, about the particle positions `x` (m), and each rigid body by its own. Does nothing if a searched
-/// island has joints.
+/// Changes `velocity`: each deformable body moves on as a rigid body by what context.solve.newton_residual
+/// has left of it, about the particle positions `x` (m), and each rigid body by its own. Does nothing if a
+/// searched island has joints.
 void return_momentum_to_bodies(const World& world, const Islands& islands, const std::vector<Vec3>& x,
                                double dt, GeneralizedVelocity& velocity);
 /// Returns the impulse of pins and mass-proportional damping in a solve over `dt` (s), about the origin.
 ///
-/// It counts what they give to the searched `islands` at context.solution beyond what they gave without
-/// contact, which context.solved_change holds.
+/// It counts what they give to the searched `islands` at context.solve.solution beyond what they gave without
+/// contact, which context.solve.solved_change holds.
 Momentum impulse_of_holders(const World& world, const Islands& islands, double dt);
 
 /// Throws SimulationError, which names `stage`, if a particle's or a body's state is not finite.

@@ -25,7 +25,7 @@ Vec3 moment_in_the_middle(const World& world, Linear&& linear) {
   const RigidBodies& rigid = world.bodies.rigid;
   for (std::size_t i = 0; i < rigid.size(); ++i) {
     if (!rigid.properties[i].is_dynamic()) continue;
-    const RigidState& start = world.context.rigid_n[i];
+    const RigidState& start = world.context.states.rigid_n[i];
     const Vec3 back = (start.pose.position + start.delay - rigid.state[i].pose.position) / 2;
     moment += back.cross(linear(i));
   }
@@ -98,12 +98,12 @@ const std::vector<Vec3>& StepLedger::acting_at(const World& world, Stage stage) 
   const std::vector<Vec3>& x = world.bodies.particles.x;
   if (!acts_in_the_middle(stage)) return x;
   middle_.resize(x.size());
-  for (std::size_t p = 0; p < x.size(); ++p) middle_[p] = 0.5 * (world.context.x_n[p] + x[p]);
+  for (std::size_t p = 0; p < x.size(); ++p) middle_[p] = 0.5 * (world.context.states.x_n[p] + x[p]);
   return middle_;
 }
 
 // Internal forces have no sum, so that pins give the opposite of those on pinned particles to the others.
-// context.force holds the internal forces, and the weight of all particles by `gravity` (m/s^2).
+// context.solve.force holds the internal forces, and the weight of all particles by `gravity` (m/s^2).
 Momentum StepLedger::impulse_of_pins(const World& world, const std::vector<Vec3>& x, const Vec3& gravity,
                                      double dt) const {
   Momentum total;
@@ -111,20 +111,21 @@ Momentum StepLedger::impulse_of_pins(const World& world, const std::vector<Vec3>
   const Particles& particles = world.bodies.particles;
   for (std::size_t p = 0; p < x.size(); ++p) {
     if (particles.inverse_mass[p] > 0 || particles.mass[p] == 0) continue;  // bound particles have no mass
-    const Vec3 impulse = -dt * (world.context.force[p] - particles.mass[p] * gravity);
+    const Vec3 impulse = -dt * (world.context.solve.force[p] - particles.mass[p] * gravity);
     total += {impulse, x[p].cross(impulse)};
   }
   return total;
 }
 
-// Mass-proportional damping acts at the velocity context.solution.
+// Mass-proportional damping acts at the velocity context.solve.solution.
 Momentum StepLedger::impulse_of_drag(const World& world, const std::vector<Vec3>& x, double dt) const {
   Momentum total;
   if (!world.has_internal_forces()) return total;
   const Particles& particles = world.bodies.particles;
   for (std::size_t p = 0; p < x.size(); ++p) {
     if (particles.inverse_mass[p] == 0 && particles.mass[p] > 0) continue;  // counted with the pins
-    const Vec3 impulse = -dt * world.bodies.forces.elements.drag(p) * world.context.solution.particle[p];
+    const Vec3 impulse =
+        -dt * world.bodies.forces.elements.drag(p) * world.context.solve.solution.particle[p];
     total += {impulse, x[p].cross(impulse)};
   }
   return total;
@@ -133,12 +134,12 @@ Momentum StepLedger::impulse_of_drag(const World& world, const std::vector<Vec3>
 Momentum StepLedger::given_by_contact(const World& world, Stage stage) {
   const StepContext& context = world.context;
   active_.clear();  // inactive pairs are solved for later: the impulses that they hold have not been applied
-  for (const int p : context.graph.pairs)
-    if (context.contacts.pairs[as_index(p)].active) active_.push_back(p);
+  for (const int p : context.contact.graph.pairs)
+    if (context.contact.contacts.pairs[as_index(p)].active) active_.push_back(p);
   Momentum total;
   if (stage != Stage::warm_start && stage != Stage::contacts_at_end && stage != Stage::contact_in_solve)
-    total = impulse_of_joints(context.joints);
-  return total += contact_impulse(world.bodies, context.contacts, active_);
+    total = impulse_of_joints(context.joints.solver);
+  return total += contact_impulse(world.bodies, context.contact.contacts, active_);
 }
 
 Momentum StepLedger::external(const World& world, Stage stage, const std::vector<Vec3>& x,
@@ -162,43 +163,44 @@ Momentum StepLedger::external(const World& world, Stage stage, const std::vector
     case Stage::contact_in_solve_at_end:  // its forces replace those of V.3
       total = impulse_of_pins(world, x, world.gravity, dt) - holders_of_middle_;
       total += impulse_of_drag(world, x, dt);
-      return total += context.solve_from_outside;
+      return total += context.solved.from_outside;
     case Stage::damping_at_end:
       // If bodies of infinite mass are in contact, all of the gain is taken to be theirs.
-      if (!world.has_internal_forces() || context.projection.is_held()) return gain;
+      if (!world.has_internal_forces() || context.solve.projection.is_held()) return gain;
       total = impulse_of_pins(world, x, Vec3::Zero(), dt);
       return total += impulse_of_drag(world, x, dt);
     case Stage::volume_correction:
     case Stage::volume_in_contact:
     case Stage::make_incompressible:
     case Stage::volume_at_end:
-      return context.projection.empty() ? total : impulse_of_contact(bodies, context.pressure, x);
+      return context.solve.projection.empty() ? total
+                                              : impulse_of_contact(bodies, context.pressures.scratch, x);
     case Stage::post_stabilization:
-      return context.joints_from_outside;
+      return context.joints.from_outside;
     case Stage::air_drag_halfway:
     case Stage::air_drag:
     case Stage::applied_forces_halfway:
     case Stage::applied_forces:
       return gain;
     case Stage::collisions:
-      total = contact_impulse(bodies, context.contacts, context.collision_scratch.pairs);
-      total.angular += context.collision_scratch.delayed_moment;
+      total = contact_impulse(bodies, context.contact.contacts, context.contact.collisions.pairs);
+      total.angular += context.contact.collisions.delayed_moment;
       return total;
     case Stage::collided_joints:
     case Stage::control:
     case Stage::control_at_end:
-      return impulse_of_joints(context.joints);
+      return impulse_of_joints(context.joints.solver);
     case Stage::warm_start:
       return given_by_contact(world, stage);
     case Stage::contacts_at_end:
-      total = moved_by_turning(context.first_frames, bodies, context.contacts);
+      total = moved_by_turning(context.contact.first_frames, bodies, context.contact.contacts);
       return total += given_by_contact(world, stage);
     case Stage::contact:
     case Stage::contact_at_end:
       return given_by_contact(world, stage) - given_at_start_;
     case Stage::contact_in_solve:
       total = given_by_contact(world, stage) - given_at_start_;
-      return total += context.solve_from_outside;
+      return total += context.solved.from_outside;
     default:
       return total;
   }

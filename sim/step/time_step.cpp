@@ -79,7 +79,7 @@ void bound_by_turn(const World& world, double time, TimeStepChoice& choice) {
   for (std::size_t i = 0; i < rigid.size(); ++i)
     if (rigid.properties[i].is_dynamic() && !rigid.properties[i].is_ball())
       bound(i, rigid.state[i].angular_velocity.norm());  // free spheres turn without error
-  for (const std::size_t body : world.context.joints.bodies())
+  for (const std::size_t body : world.context.joints.solver.bodies())
     bound(body, rigid.state[body].angular_velocity.norm());
   for (const KinematicBody& kinematic : rigid.kinematic) {
     const MotionBounds ahead = motion_bounds(kinematic.motion, time, time + choice.seconds);
@@ -112,9 +112,9 @@ void find_hanging(const Bodies& bodies, std::vector<char>& hangs) {
 void bound_by_swing(const World& world, StepContext& context, TimeStepChoice& choice) {
   const RigidBodies& rigid = world.bodies.rigid;
   const double g = world.gravity.norm();
-  find_hanging(world.bodies, context.hangs);
+  find_hanging(world.bodies, context.choice.hangs);
   const auto bound = [&](int body, const Pose& frame) {
-    if (!context.hangs[as_index(body)]) return;
+    if (!context.choice.hangs[as_index(body)]) return;
     const RigidProperties& properties = rigid.properties[as_index(body)];
     const double r = frame.position.norm(), m = properties.mass;
     const double frequency = std::sqrt(m * g * r / (properties.inertia.minCoeff() + m * r * r));
@@ -137,7 +137,7 @@ bool find_jointed_balls(const World& world, std::vector<char>& balls) {
   const RigidBodies& rigid = world.bodies.rigid;
   balls.assign(rigid.size(), 0);
   bool any = false;
-  for (const std::size_t body : world.context.joints.bodies()) {
+  for (const std::size_t body : world.context.joints.solver.bodies()) {
     const RigidProperties& properties = rigid.properties[body];
     balls[body] = properties.is_ball() && properties.restitution > 0;
     any |= balls[body] != 0;
@@ -150,7 +150,7 @@ bool find_jointed_balls(const World& world, std::vector<char>& balls) {
 bool rebounds_at_joints(const World& world, const BodyPair& pair) {
   if (pair.guest_rigid < 0) return false;
   const auto h = as_index(pair.host), g = as_index(pair.guest_rigid);
-  const std::vector<char>& balls = world.context.jointed_balls;
+  const std::vector<char>& balls = world.context.choice.jointed_balls;
   const RigidBodies& rigid = world.bodies.rigid;
   return (balls[h] || balls[g]) && rigid.properties[h].restitution > 0 && rigid.properties[g].restitution > 0;
 }
@@ -210,12 +210,12 @@ double rolling_time(const BodyBounds& a, const BodyBounds& b, double way) {
 // step bound it: bodies far apart may move until they almost touch, and bodies near each other may get no
 // deeper into each other than the one that allows less.
 void bound_by_approach(World& world, double time, TimeStepChoice& choice) {
-  BroadPhase& broad_phase = world.context.meeting;
+  BroadPhase& broad_phase = world.context.choice.meeting;
   bound_bodies(world.bodies, broad_phase.bounds);
   look_ahead(world.bodies.rigid, time, choice.seconds, broad_phase.bounds);
   const double seconds = choice.seconds, push = world.applied.acceleration,
                acceleration = (world.gravity.norm() + push) * seconds;
-  const bool jointed_balls = find_jointed_balls(world, world.context.jointed_balls);
+  const bool jointed_balls = find_jointed_balls(world, world.context.choice.jointed_balls);
   if (!jointed_balls && all_are_slow(broad_phase.bounds, world.settings, acceleration, seconds)) return;
   broad_phase.margin.resize(broad_phase.bounds.size());
   for (std::size_t i = 0; i < broad_phase.margin.size(); ++i)
@@ -319,14 +319,14 @@ void check_finite(const World& world, std::string_view stage) {
       const auto p = static_cast<std::size_t>(body.first_particle) + static_cast<std::size_t>(i);
       const double sum = bodies.particles.x[p].sum() + bodies.particles.v[p].sum();
       if (!std::isfinite(sum))
-        fail(stage, body.name, fmt::format("particle {}", i), world.context.x_n[p], sum);
+        fail(stage, body.name, fmt::format("particle {}", i), world.context.states.x_n[p], sum);
     }
   for (std::size_t i = 0; i < bodies.rigid.size(); ++i) {
     const RigidState& state = bodies.rigid.state[i];
     const double sum = state.pose.position.sum() + state.pose.orientation.coeffs().sum() +
                        state.velocity.sum() + state.angular_momentum.sum();
     if (!std::isfinite(sum))
-      fail(stage, bodies.rigid.name[i], {}, world.context.rigid_n[i].pose.position, sum);
+      fail(stage, bodies.rigid.name[i], {}, world.context.states.rigid_n[i].pose.position, sum);
   }
 }
 

@@ -1,34 +1,17 @@
 // Everything that a time step reads and writes: settings, state, scratch and counters.
 #pragma once
 
-#include "sim/articulation/free_motion.h"
-#include "sim/articulation/joint_solver.h"
 #include "sim/contact/detection/contact_candidates.h"
 #include "sim/contact/push_out/push_out.h"
-#include "sim/contact/push_out/rigid_separation.h"
-#include "sim/contact/response/articulated_response.h"
 #include "sim/contact/response/collisions.h"
-#include "sim/contact/response/contact_projection.h"
 #include "sim/contact/response/contact_solver.h"
-#include "sim/contact/response/turned_impulses.h"
-#include "sim/contact/response/warm_start.h"
-#include "sim/deformable/self_contact/self_collision.h"
-#include "sim/deformable/self_contact/self_repulsion.h"
-#include "sim/solve/conjugate_gradient.h"
-#include "sim/solve/contact_forces.h"
-#include "sim/solve/island_gradients.h"
 #include "sim/solve/pressure_system.h"
-#include "sim/solve/velocity_blocks.h"
-#include "sim/solve/velocity_factor.h"
-#include "sim/solve/velocity_system.h"
 #include "sim/step/applied_forces.h"
-#include "sim/step/composite_body.h"
 #include "sim/step/contact_tally.h"
 #include "sim/step/effects.h"
-#include "sim/step/free_islands.h"
-#include "sim/step/kinematic_motion.h"
 #include "sim/step/stage_clock.h"
 #include "sim/step/stage_hashes.h"
+#include "sim/step/step_context.h"
 #include "sim/step/step_ledger.h"
 
 namespace duet {
@@ -74,132 +57,6 @@ struct StepCounters {
   std::int64_t impact_zone_particles = 0;  ///< particles in rigid impact zones
 };
 
-/// Forces on all rigid bodies, or nothing.
-struct RigidForces {
-  std::vector<Vec3> linear,  ///< N, at the center of mass
-      angular;               ///< N m, about the center of mass, world axes
-};
-
-/// One step's own values: sizes, times, the paper's named velocities, and scratch that keeps its storage.
-///
-/// Members that are called state are read by the next step and belong to checkpoints.
-struct StepContext {
-  double dt = 0;    ///< s, length of the step
-  double time = 0;  ///< s, at the start of the step
-
-  std::vector<Vec3> x_n;            ///< m, particle positions x^n
-  std::vector<Vec3> x_next;         ///< m, predicted x^{n+1}, for the contact of deformable surfaces
-  std::vector<Vec3> x_half;         ///< m, x^{n+1/2} = (x^n + x^{n+1}) / 2, from V.2 on; see AtMiddle
-  std::vector<RigidState> rigid_n;  ///< rigid states of time n; from IV.1 on with the delays of the step
-  VelocityState v_n;                ///< v^n
-  VelocityState difference;         ///< v~^{n+1/2} - v^n
-  VelocityState v_hat_n;            ///< v^^n, after collisions
-
-  BroadPhase meeting;                    ///< pairs that can meet, for the choice of the time step
-  std::vector<KinematicStep> kinematic;  ///< motions of kinematic bodies over this step
-
-  std::vector<char> hangs;  ///< scratch: whether a rigid body hangs on joints from a body that is not dynamic
-  std::vector<char> jointed_balls;  ///< scratch: whether a rigid body is a ball with joints and restitution
-  JointSolver joints;               ///< joints, with their rows as of the last update
-  FreeMotion free_motion;           ///< energy of jointed bodies as positions advance
-  double joints_excess = 0;         ///< FreeMotion::Outcome::excess of this step
-  /// How groups of jointed bodies respond to contact impulses.
-  ArticulatedResponse articulated_response;
-  std::vector<Pose> end_pose;  ///< poses at x^{n+1}, of rigid bodies that are not dynamic
-  Momentum
-      joints_from_outside;  ///< what fixed bodies gave through joints in finish_positions, for the ledger
-  std::vector<Vec3> joint_push,  ///< N s, impulse of joints on each rigid body in step III
-      joint_turn;                ///< N m s, angular impulse of joints on each rigid body in step III
-
-  std::vector<double> control_angle;  ///< rad, per joint, with whole turns, see control_rates(); state
-  RigidForces
-      joint_drive_n,  ///< forces of control, friction and limits of joints in the last step's V; state
-      joint_drive,    ///< the same of III, then of this step's V
-      swept_drive;    ///< those of III outside the velocity solves
-  std::vector<DriveRow> drive_rows;   ///< scratch: rows of control, friction and limits of joints
-  std::vector<double> drive_impulse,  ///< N s or N m s, per row of joints: its impulse in III
-      swept_impulse;                  ///< the same, zero for rows inside a velocity solve
-  JointForces joint_forces;           ///< those of islands with contact inside their velocity solve
-
-  ContactSet contacts;                     ///< contacts of this step
-  ContactGraph graph;                      ///< order in which contact visits them
-  ContactSolveScratch contact_solve;       ///< scratch of the contact solver
-  ContactCache contact_cache;              ///< contact cache of the last step that succeeded; state
-  CollisionScratch collision_scratch;      ///< scratch of step II.1
-  PushOutScratch push_out_scratch;         ///< scratch of step IV.2
-  SeparationScratch separation_scratch;    ///< scratch of step IV.2 between rigid bodies
-  std::vector<ContactFrame> first_frames;  ///< frames of the contacts in step III
-  ContactProjection projection;            ///< constraints of the solve at hand
-  PressureScratch pressure;                ///< scratch of pressure solves
-  std::vector<double>
-      pressure_n,     ///< Pa, per one-ring, by which the last step kept v^{n+1} free of divergence; state
-      pressure_next;  ///< Pa, per one-ring, the same of this step
-  /// Scratch: per deformable body, whether its volumes change no faster than at rest.
-  std::vector<char> rests;
-  Islands calm;  ///< scratch; the islands that pressures find calm are searched (find_calm_islands())
-
-  /// N, mean friction forces on all particles from the repulsions of the last step's V.4; state
-  std::vector<Vec3> surface_friction_n;
-  std::vector<Vec3> surface_friction,   ///< N, the same of I.3
-      surface_friction_next;            ///< N, the same of this step's V.4
-  ContactImpulses repulsion_impulses;   ///< scratch: impulses of I.3 or V.4 on all particles
-  CollisionCandidates self_candidates;  ///< pairs of surface elements that may be near each other
-  SelfRepulsion self_repulsion;         ///< self-repulsions of this step
-  /// Pairs of surfaces that meet in this step, for contact inside the velocity solves.
-  SelfRepulsion approaching_surfaces;
-  SelfCollision self_collision;  ///< self-collisions
-
-  std::vector<Vec3> mean_velocity;  ///< m/s, per particle, (x^{n+1} - x^n) / dt, from V.2 on
-  std::vector<Vec3> force,          ///< N, per particle, forces that the step applies
-      damping_force,                ///< N, per particle, damping forces of the last product; scratch
-      force_in_single;              ///< N, per particle, sums in single precision; scratch of VelocitySystem
-  /// m/s^2, (V - v) / dt of the last semi-implicit solve, in I.1 or V.2; the next one begins at v + dt a.
-  /// State.
-  GeneralizedVelocity acceleration;
-  BlockJacobi block_jacobi;             ///< block-Jacobi preconditioner of the velocity solves
-  Islands islands;                      ///< islands of the last velocity solve
-  IslandSearch island_search;           ///< scratch of the velocity solves
-  GeneralizedVelocity right_side,       ///< right side b of the solve at hand
-      solution,                         ///< its solution V
-      residual,                         ///< scratch of conjugate gradients
-      direction,                        ///< scratch of conjugate gradients: search direction
-      image;                            ///< scratch of conjugate gradients: operator times direction
-  GeneralizedVelocity newton_residual,  ///< m/s, residual of Newton's method under the constraints
-      unconstrained,                    ///< m/s, residual of Newton's method before its projection
-      correction,                       ///< Newton's correction; also scratch
-      preconditioned;                   ///< scratch: preconditioned residual
-  VelocityBlocks blocks;                ///< block preconditioner of Newton's method
-  VelocityFactor factor;                ///< preconditioner of Newton's method for stiff systems
-  /// Per deformable body, whether its contact is inside the velocity solve in this step.
-  ///
-  /// The file sim/step/solved_bodies.cpp says which bodies are chosen.
-  std::vector<char> solved_bodies;
-  std::vector<char> holder;                  ///< scratch of that choice, per rigid body
-  std::vector<std::array<int, 2>> touching;  ///< scratch of that choice: pairs of bodies in contact
-  /// Islands of this step's contacts; those that are searched have contact inside their velocity solve.
-  Islands solved;
-  std::vector<CompositeBody> wholes;  ///< scratch, per island
-  /// Impulse of pins and drag in the last solve with contact, for the ledger.
-  Momentum solve_from_outside;
-  Islands elastic,  ///< in implicit steps, islands of `solved` whose solve includes elasticity
-      relaxing;     ///< in implicit steps, islands of `solved` whose strain relaxes slowly: no elasticity
-  std::vector<char> is_solved;         ///< scratch, per island
-  ContactForces contact_forces;        ///< contacts whose impulses are unknowns of the solve
-  PairForces pair_forces_n,            ///< pairs of surfaces in the solve of the last step's V; state
-      pair_forces,                     ///< the same of III
-      pair_forces_next;                ///< the same of this step's V
-  std::vector<Vec3> explicit_force;    ///< N, per particle, explicit forces of the last solve
-  GeneralizedVelocity solved_change;   ///< m/s and rad/s, what the solve of step I has added
-  GeneralizedVelocity start_velocity,  ///< m/s and rad/s, velocities before step V
-      middle_velocity;                 ///< m/s and rad/s, velocities of step III
-  FreeIslands free_islands;            ///< islands that keep their spin
-  /// m/s, the sum 2 u + w - u' of keep_spin(), of particles and of the centers of rigid bodies alone.
-  GeneralizedVelocity twice_moved;
-  bool converged = true;          ///< true if the last implicit solve of I.1 converged
-  bool contact_converged = true;  ///< true if this step's solves with contact converged
-  std::vector<Mat3> inertia;      ///< kg m^2, world axes, per rigid body; scratch of VelocitySystem
-};
-
 /// A scene in memory: everything that a step reads and writes.
 struct World {
   Bodies bodies;                ///< rigid and deformable bodies
@@ -212,7 +69,8 @@ struct World {
   /// Per deformable body, the time in which strain relaxes, s: viscosity over stiffness of its material.
   std::vector<double> damping_time;
   bool may_crush = false;      ///< true if a deformable body is much heavier than a dynamic rigid one
-  StepContext context;         ///< values of the step at hand
+  LastStep last_step;          ///< what the last step leaves to the next one; state
+  StepContext context;         ///< values of the step at hand; no state
   StageClock clock;            ///< seconds and calls of stages in the frame
   StepCounters counters;       ///< counts of the frame
   StepLedger ledger;           ///< ledger of momentum and energy

@@ -101,7 +101,9 @@ void step_of_a_heap(benchmark::State& state) {
   set_thread_count(static_cast<int>(state.range(1)));
   std::int64_t contacts = 0;
   int all_steps = 0;
-  const auto pairs = [&] { return heap.simulation->world().context.contacts.search.broad_phase.counts(); };
+  const auto pairs = [&] {
+    return heap.simulation->world().context.contact.contacts.search.broad_phase.counts();
+  };
   const BroadPhase::Counts before = pairs();
   for (auto _ : state) {
     heap.simulation->load_state(heap.state);

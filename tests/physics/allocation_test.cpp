@@ -110,12 +110,13 @@ TEST(Allocation, NoneInAWarmedUpStepOfSoftBodiesThatTouch) {
   World& world = simulation.world();
   const double dt = choose_time_step(world, 0);
   world.counters.self_repulsions = 0;
-  const std::int64_t searches = world.context.self_candidates.searches();
+  const std::int64_t searches = world.context.surfaces.candidates.searches();
   const long before = allocations;
   for (int i = 0; i < 100; ++i) step(world, 0.5 + i * dt, dt);
   EXPECT_EQ(allocations - before, 0);
   EXPECT_GT(world.counters.self_repulsions, 0);
-  EXPECT_LT(world.context.self_candidates.searches() - searches, 10) << "pairs are kept while bodies stand";
+  EXPECT_LT(world.context.surfaces.candidates.searches() - searches, 10)
+      << "pairs are kept while bodies stand";
 }
 
 // Two free bones in flesh and a cradle of jointed balls that strike each other exercise the articulated

@@ -416,7 +416,7 @@ TEST(JointControl, MotorsReachTheAngleOrTheSpeedOfTheirTarget) {
   test::expect_below(std::abs(simulation.world().bodies.rigid.state[1].angular_velocity.z() / speed - 1),
                      1e-3, "error of the speed with a gain, relative");
   const double lag =
-      8 - simulation.world().context.control_angle.back() / speed;  // s, at the last step's start
+      8 - simulation.world().last_step.control_angle.back() / speed;  // s, at the last step's start
   EXPECT_GT(lag, 0.1);
   EXPECT_LT(lag, 0.1 + 1.0 / 24);
   scene.joints.back().control = {};

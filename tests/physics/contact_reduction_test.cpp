@@ -115,7 +115,7 @@ TEST(ContactReduction, ATowerAtRestKeepsItsPoints) {
   for (int frame = 0; frame < 48; ++frame) {
     simulation.advance_frame();
     std::vector<int> now;
-    for (const ContactPoint& contact : simulation.world().context.contacts.points)
+    for (const ContactPoint& contact : simulation.world().context.contact.contacts.points)
       for (const int value : {contact.host, contact.guest_rigid, static_cast<int>(contact.feature.kind),
                               contact.feature.index, contact.feature.sub})
         now.push_back(value);

@@ -206,7 +206,7 @@ TEST(EverydayRigidFriction, NoContactLeavesItsCone) {
   double most = 0;
   for (int frame = 0; frame < 36; ++frame) {
     simulation.advance_frame();
-    for (const ContactPoint& contact : simulation.world().context.contacts.points) {
+    for (const ContactPoint& contact : simulation.world().context.contact.contacts.points) {
       const double normal = contact.impulse.dot(contact.normal);
       const double tangential = (contact.impulse - normal * contact.normal).norm();
       if (contact.impulse.isZero(0)) continue;

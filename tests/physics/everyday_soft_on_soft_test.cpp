@@ -69,7 +69,7 @@ TEST(EverydaySoftOnSoft, FewPairsCarryWhatMeshesThatCoincidePress) {
   Simulation simulation(tower({}), test::plan(tower({})));
   for (int frame = 0; frame < 3; ++frame) {
     simulation.advance_frame();
-    const auto& pairs = simulation.world().context.self_repulsion.pairs();
+    const auto& pairs = simulation.world().context.surfaces.repulsion.pairs();
     EXPECT_GE(pairs.size(), 16U);   // the vertices of the faces
     EXPECT_LE(pairs.size(), 150U);  // 600 pairs are as near
   }

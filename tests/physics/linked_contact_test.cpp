@@ -106,7 +106,7 @@ TEST(LinkedContact, FoldedLoopsKeepTheirContacts) {
   bool touch_themselves = false;
   for (int frame = 0; frame < 60; ++frame) {
     simulation.advance_frame();
-    for (const ContactPoint& contact : world.context.contacts.points) {
+    for (const ContactPoint& contact : world.context.contact.contacts.points) {
       if (contact.impulse.isZero(0)) continue;
       const double normal_velocity = relative_velocity(world.bodies, contact).dot(contact.normal);
       left += std::max(contact.target - normal_velocity, 0.0);
@@ -169,7 +169,7 @@ TEST(LinkedContact, AHeapHasTheSameBitsForAnyNumberOfThreads) {
     }
     Simulation simulation(scene, test::plan(scene));
     for (int frame = 0; frame < frames; ++frame) simulation.advance_frame();
-    EXPECT_GT(simulation.world().context.contacts.pairs.size(), 64u);  // else one thread has them all
+    EXPECT_GT(simulation.world().context.contact.contacts.pairs.size(), 64u);  // else one thread has them all
     test::expect_below(simulation.stats().max_penetration, 0.002, "penetration, m");
     hashes.push_back(simulation.stats().hash);
   }

@@ -117,7 +117,7 @@ void expect_stages_keep_momentum(const scene::Scene& scene) {
       for (std::size_t p = 0; p < before.size(); ++p) {
         const Vec3 change = world.bodies.particles.mass[p] * (world.bodies.particles.v[p] - before[p]);
         sum += change;
-        moment += (0.5 * (context.x_n[p] + world.bodies.particles.x[p])).cross(change);
+        moment += (0.5 * (context.states.x_n[p] + world.bodies.particles.x[p])).cross(change);
       }
       EXPECT_LT(sum.norm(), 1e-10 * scale_of(world.bodies).linear) << "V.2";
       EXPECT_LT(moment.norm(), 1e-10 * scale_of(world.bodies).angular) << "V.2";

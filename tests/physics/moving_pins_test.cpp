@@ -73,7 +73,7 @@ TEST(MovingPins, NothingElseMovesThem) {
   bool gave_up = false;
   for (int frame = 0; frame < 6; ++frame) {
     simulation.advance_frame();
-    gave_up = gave_up || !simulation.world().context.converged;
+    gave_up = gave_up || !simulation.world().context.solve.converged;
   }
   EXPECT_TRUE(gave_up);
   for (std::size_t p = 0; p < start.size(); ++p)

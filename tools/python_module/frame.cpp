@@ -112,7 +112,7 @@ void capture_contacts(const World& world, FrameData& frame) {
   const auto rigid = static_cast<std::int32_t>(frame.topology->rigid);
   if (frame.stats.frame == 0) return;
   const auto row_of = [&](int index) { return index < rigid ? index : -1; };
-  const ContactSet& contacts = world.context.contacts;
+  const ContactSet& contacts = world.context.contact.contacts;
   for (const ContactPair& pair : contacts.pairs)
     for (int number = pair.begin; number < pair.end; ++number) {
       const ContactPoint& point = contacts.points[as_index(number)];

@@ -461,11 +461,11 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
     add_joints(scene, plan, frames, bodies);
     find_taut_chains(bodies.articulation, bodies.rigid);
     bodies.linked = linked_bodies(bodies);
-    world.context.joints.analyze(bodies.articulation, bodies.rigid);
-    world.context.free_motion.analyze(bodies.articulation, bodies.rigid);
-    for (RigidForces* drive : {&world.context.joint_drive_n, &world.context.joint_drive})
+    world.context.joints.solver.analyze(bodies.articulation, bodies.rigid);
+    world.context.joints.free_motion.analyze(bodies.articulation, bodies.rigid);
+    for (RigidForces* drive : {&world.last_step.joint_drive, &world.context.joints.drive})
       drive->linear = drive->angular = std::vector<Vec3>(bodies.rigid.size(), Vec3::Zero());
-    world.context.control_angle = starting_angles(bodies.articulation, bodies.rigid);
+    world.last_step.control_angle = starting_angles(bodies.articulation, bodies.rigid);
   }
   built.tet_meshes = meshes.sizes();
   world.plan = plan;
@@ -476,10 +476,10 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
   world.settings.collision.rigid_pairs = world.has(Effect::rigid_collision);
   world.settings.contact.angular_friction = world.has(Effect::rolling_friction);
   if (world.has(Effect::self_repulsion))
-    world.context.surface_friction_n.assign(bodies.particles.size(), Vec3::Zero());
+    world.last_step.surface_friction.assign(bodies.particles.size(), Vec3::Zero());
   if (world.has_internal_forces() && !world.settings.implicit_elasticity) {
-    fall_freely(bodies, world.gravity, world.context.acceleration);
-    for (std::vector<double>* pressure : {&world.context.pressure_n, &world.context.pressure_next})
+    fall_freely(bodies, world.gravity, world.last_step.acceleration);
+    for (std::vector<double>* pressure : {&world.last_step.pressure, &world.context.pressures.next})
       pressure->assign(bodies.nodal_volumes.size(), 0.0);
   }
   return built;

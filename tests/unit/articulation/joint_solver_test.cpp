@@ -63,7 +63,7 @@ TEST(JointSolver, ProjectsOrthogonally) {
   Simulation simulation(scene, test::plan(scene));
   World& world = simulation.world();
   RigidBodies& rigid = world.bodies.rigid;
-  JointSolver& joints = world.context.joints;
+  JointSolver& joints = world.context.joints.solver;
   joints.update(world.bodies.articulation, rigid);
   joints.prepare_projection(rigid);
   const auto projected = [&](Twists v) {

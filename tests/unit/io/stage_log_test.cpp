@@ -78,8 +78,8 @@ TEST_F(StageLogs, NameParticlesAndQuantitiesOfTheScene) {
   EXPECT_EQ(soft.difference->quantity, "velocities");
   EXPECT_EQ(soft.difference->body, "cube");
   const StageComparison cache = compare_stages(plain, run("c", [](World& world) {
-                                                 world.context.acceleration.linear.at(0).x() += 1;
-                                                 world.context.acceleration.particle.at(0).x() += 1;
+                                                 world.last_step.acceleration.linear.at(0).x() += 1;
+                                                 world.last_step.acceleration.particle.at(0).x() += 1;
                                                }));
   ASSERT_TRUE(cache.difference);
   EXPECT_EQ(cache.difference->quantity, "particle accelerations");

@@ -24,7 +24,8 @@ class ContactsInSolve : public ::testing::Test {
     islands_.finish();
     blocks_.find(bodies(), 1e-3);
     VelocitySystem(bodies(), 1e-3, ImplicitForces::damping, nullptr, force_, inertia_);
-    contacts_.build(bodies(), world().context.contacts, world().context.graph, islands_, 1, blocks_.own());
+    contacts_.build(bodies(), world().context.contact.contacts, world().context.contact.graph, islands_, 1,
+                    blocks_.own());
   }
   World& world() { return simulation_.world(); }
   Bodies& bodies() { return world().bodies; }
@@ -95,7 +96,7 @@ TEST_F(ContactsInSolve, DifferentialsAreTheirDerivative) {
 TEST_F(ContactsInSolve, ImpulsesKeepMomentumAndNeverPull) {
   for (unsigned seed = 1; seed < 6; ++seed) {
     potential(random_velocity(bodies(), seed), 0, zero());
-    ContactSet found = world().context.contacts;
+    ContactSet found = world().context.contact.contacts;
     contacts_.store(1, found);
     for (const ContactPoint& contact : found.points) {
       const double normal = contact.impulse.dot(contact.normal);
@@ -126,13 +127,13 @@ TEST_F(ContactsInSolve, ImpulsesKeepMomentumAndNeverPull) {
 // Contacts out of reach take no part in the solve. If they kept the impulse of an earlier solve, it would act
 // a second time.
 TEST_F(ContactsInSolve, WhatIsOutOfReachHasNoImpulse) {
-  ContactSet found = world().context.contacts;
+  ContactSet found = world().context.contact.contacts;
   ASSERT_FALSE(found.points.empty());
   for (std::size_t i = 0; i < found.points.size(); ++i) {
     found.points[i].impulse = found.points[i].normal;
     if (i % 2 == 0) found.points[i].target = -std::numeric_limits<double>::infinity();
   }
-  contacts_.build(bodies(), found, world().context.graph, islands_, 1, blocks_.own());
+  contacts_.build(bodies(), found, world().context.contact.graph, islands_, 1, blocks_.own());
   potential(random_velocity(bodies(), 1), 0, zero());
   contacts_.store(1, found);
   int out_of_reach = 0;

@@ -23,7 +23,7 @@ class IslandSolve : public ::testing::Test {
   IslandSolve() : scene_(build()), simulation_(scene_, test::plan(scene_)) {
     for (int i = 0; i < 3; ++i) step(world(), 0, 1e-3);  // contacts then carry weight, elements are strained
     // With this many sweeps P P = P.
-    projection_.build(bodies(), world().context.contacts, world().context.graph, 200);
+    projection_.build(bodies(), world().context.contact.contacts, world().context.contact.graph, 200);
     std::vector<Vec3> unused(bodies().particles.size());
     bodies().forces.add_elastic_forces(bodies().particles.x, unused);
     b_ = random_velocity(bodies(), 9);

@@ -42,14 +42,14 @@ class DriveInSolve : public ::testing::Test {
     for (int i = 0; i < 3; ++i) step(world(), i * 1e-3, 1e-3);
     islands_.begin(bodies());
     islands_.finish();
-    joints().plan_control(bodies().articulation, bodies().rigid, 0.003, dt, world().context.control_angle);
+    joints().plan_control(bodies().articulation, bodies().rigid, 0.003, dt, world().last_step.control_angle);
     joints().drive_rows(bodies().articulation, bodies().rigid, RateAt::whole_step, dt, dt, rows_);
     std::vector<double> impulses(20, 0.1);
     forces_.build(bodies().rigid, rows_, islands_, std::vector<double>(islands_.size(), 5), impulses, 1);
   }
   World& world() { return simulation_.world(); }
   Bodies& bodies() { return world().bodies; }
-  JointSolver& joints() { return world().context.joints; }
+  JointSolver& joints() { return world().context.joints.solver; }
   GeneralizedVelocity zero() { return test::no_velocity(bodies()); }
   double inner(const GeneralizedVelocity& u, const GeneralizedVelocity& v) {
     return VelocitySystem(bodies(), dt, ImplicitForces::damping, nullptr, force_, inertia_).inner(u, v);

@@ -31,7 +31,7 @@ class System {
   std::size_t build_contacts() {
     StepContext& context = simulation_.world().context;
     VelocitySystem(bodies(), dt, ImplicitForces::damping, nullptr, force_, inertia_);
-    contacts_.build(bodies(), context.contacts, context.graph, islands_, 1, blocks_.own());
+    contacts_.build(bodies(), context.contact.contacts, context.contact.graph, islands_, 1, blocks_.own());
     contacts_.evaluate(test::random_velocity(bodies(), 3));
     contacts_.set_bounds();
     contacts_.evaluate(test::random_velocity(bodies(), 4));

@@ -21,7 +21,7 @@ class ConstrainedSystem : public ::testing::Test {
   ConstrainedSystem() : scene_(test::small_stack()), simulation_(scene_, test::plan(scene_)) {
     World& w = world();
     for (int i = 0; i < 3; ++i) step(w, 0, 1e-3);  // contacts then carry weight, elements are strained
-    projection_.build(w.bodies, w.context.contacts, w.context.graph,
+    projection_.build(w.bodies, w.context.contact.contacts, w.context.contact.graph,
                       1);  // the contacts that V.4 left with an impulse
   }
   World& world() { return simulation_.world(); }
@@ -98,7 +98,7 @@ TEST(ContactProjection, KeepsMomentumWhereverItStops) {
   for (int i = 0; i < 3; ++i) step(world, 0, 1e-3);
   for (const int sweeps : {1, 200}) {
     ContactProjection projection;
-    projection.build(world.bodies, world.context.contacts, world.context.graph, sweeps);
+    projection.build(world.bodies, world.context.contact.contacts, world.context.contact.graph, sweeps);
     ASSERT_FALSE(projection.empty());
     GeneralizedVelocity v = random_velocity(world.bodies, 4);
     const Momentum before = momentum_of(world.bodies, v);
@@ -116,7 +116,7 @@ TEST(ContactProjection, KeepsMomentumWhereverItStops) {
 
 // With 200 sweeps P P = P, and the contacts with an impulse have no relative normal velocity left.
 TEST_F(ConstrainedSystem, ProjectionConverges) {
-  projection_.build(world().bodies, world().context.contacts, world().context.graph, 200);
+  projection_.build(world().bodies, world().context.contact.contacts, world().context.contact.graph, 200);
   VelocitySystem P = system(&projection_);
   GeneralizedVelocity once = random_velocity(world().bodies, 3);
   P.project(once);
@@ -124,9 +124,9 @@ TEST_F(ConstrainedSystem, ProjectionConverges) {
   P.project(twice);
   VelocitySystem::subtract(twice, once, difference);
   EXPECT_LT(P.inner(difference, difference), 1e-16 * P.inner(once, once));  // P P = P
-  for (const ContactPair& pair : world().context.contacts.pairs)
+  for (const ContactPair& pair : world().context.contact.contacts.pairs)
     for (int i = pair.begin; i < pair.end; ++i) {
-      const ContactPoint& contact = world().context.contacts.points[static_cast<std::size_t>(i)];
+      const ContactPoint& contact = world().context.contact.contacts.points[static_cast<std::size_t>(i)];
       if (contact.impulse.isZero(0) || contact.is_rigid_pair()) continue;
       const auto host = static_cast<std::size_t>(contact.host);
       const Vec3 relative = weighted(surface_point(world().bodies, contact), once.particle) -
@@ -139,7 +139,7 @@ TEST_F(ConstrainedSystem, ProjectionConverges) {
 // recurrence of the residual.
 TEST_F(ConstrainedSystem, ConjugateGradientsReachTheTolerance) {
   // With this many sweeps P P = P.
-  projection_.build(world().bodies, world().context.contacts, world().context.graph, 200);
+  projection_.build(world().bodies, world().context.contact.contacts, world().context.contact.graph, 200);
   VelocitySystem A = system(&projection_);
   const GeneralizedVelocity b = random_velocity(world().bodies, 9);
   GeneralizedVelocity x = b, r, s, q;
@@ -182,7 +182,7 @@ TEST_F(ConstrainedSystem, CollectsTheForcesOfItsSolution) {
 // and the collected forces are those of the solution, without sum or moment.
 TEST_F(ConstrainedSystem, SinglePrecisionIsTakenWhereItIsEnough) {
   // With this many sweeps P P = P.
-  projection_.build(world().bodies, world().context.contacts, world().context.graph, 200);
+  projection_.build(world().bodies, world().context.contact.contacts, world().context.contact.graph, 200);
   BlockJacobi masses;
   std::vector<Vec3> unused(world().bodies.particles.size());
   // Damping is prepared for the present positions.
@@ -262,7 +262,7 @@ TEST(VelocitySystem, DampingOfMassKeepsItsMoment) {
 // The solution under constraints is the same, because stationarity does not depend on the inner product, and
 // it takes fewer iterations.
 TEST_F(ConstrainedSystem, PreconditionerKeepsTheSolution) {
-  projection_.build(world().bodies, world().context.contacts, world().context.graph, 200);
+  projection_.build(world().bodies, world().context.contact.contacts, world().context.contact.graph, 200);
   BlockJacobi masses;
   const GeneralizedVelocity b = random_velocity(world().bodies, 9);
   GeneralizedVelocity plain = b, x, r, s, q, weighed = b;
@@ -285,7 +285,7 @@ TEST_F(ConstrainedSystem, PreconditionerKeepsTheSolution) {
   EXPECT_NEAR(C.inner(u, Cv), C.inner(v, Cu), 1e-12 * C.inner(u, u));
   EXPECT_NEAR(C.inner(u, Pv), C.inner(v, Pu), 1e-12 * C.inner(u, u));
   // Rows with the particles' own masses would need many more sweeps in this inner product.
-  projection_.build(world().bodies, world().context.contacts, world().context.graph, 1);
+  projection_.build(world().bodies, world().context.contact.contacts, world().context.contact.graph, 1);
   const auto left_by_one_sweep = [&](const std::vector<SymmetricBlock>* inverse_mass) {
     projection_.use_inverse_masses(inverse_mass);
     GeneralizedVelocity once = u, twice, difference;
@@ -296,7 +296,7 @@ TEST_F(ConstrainedSystem, PreconditionerKeepsTheSolution) {
     return A.norm(difference) / A.norm(once);
   };
   EXPECT_LT(left_by_one_sweep(&masses.inverse), 3 * left_by_one_sweep(nullptr));
-  projection_.build(world().bodies, world().context.contacts, world().context.graph, 200);
+  projection_.build(world().bodies, world().context.contact.contacts, world().context.contact.graph, 200);
   projection_.use_inverse_masses(&masses.inverse);
   const CgResult with = conjugate_gradient(C, weighed, 1e-10, 1000, x, r, s, q);
   EXPECT_TRUE(with.converged);
@@ -313,7 +313,7 @@ TEST(RepulsionsInProjection, KeepItSymmetric) {
   Simulation simulation(scene, test::plan(scene));
   World& world = simulation.world();
   for (int i = 0; i < 40; ++i) step(world, i * 1e-3, 1e-3);
-  SelfRepulsion& repulsions = world.context.self_repulsion;
+  SelfRepulsion& repulsions = world.context.surfaces.repulsion;
   ASSERT_TRUE(std::any_of(repulsions.pairs().begin(), repulsions.pairs().end(),
                           [](const RepulsionPair& pair) { return pair.active; }));
   const auto fastest_row = [&](const GeneralizedVelocity& v) {
@@ -327,7 +327,8 @@ TEST(RepulsionsInProjection, KeepItSymmetric) {
   std::vector<Vec3> force;
   std::vector<Mat3> inertia;
   for (const int sweeps : {1, 1000}) {
-    projection.build(world.bodies, world.context.contacts, world.context.graph, sweeps, &repulsions);
+    projection.build(world.bodies, world.context.contact.contacts, world.context.contact.graph, sweeps,
+                     &repulsions);
     const VelocitySystem P(world.bodies, 1e-3, ImplicitForces::damping, &projection, force, inertia);
     const GeneralizedVelocity u = random_velocity(world.bodies, 7), v = random_velocity(world.bodies, 8);
     GeneralizedVelocity Pu = u, Pv = v;
@@ -353,8 +354,8 @@ TEST(ProjectionOfAllContacts, IsSymmetricAndPositiveSemidefinite) {
   Simulation simulation(scene, test::plan(scene));
   World& world = simulation.world();
   for (int i = 0; i < 60; ++i) step(world, i * 1e-3, 1e-3);
-  const ContactSet& contacts = world.context.contacts;
-  SelfRepulsion& repulsions = world.context.self_repulsion;
+  const ContactSet& contacts = world.context.contact.contacts;
+  SelfRepulsion& repulsions = world.context.surfaces.repulsion;
   const auto holds = [&](bool rigid_pair) {
     return std::any_of(contacts.points.begin(), contacts.points.end(), [&](const ContactPoint& contact) {
       return contact.is_rigid_pair() == rigid_pair && !contact.impulse.isZero(0);
@@ -370,7 +371,7 @@ TEST(ProjectionOfAllContacts, IsSymmetricAndPositiveSemidefinite) {
   std::vector<Mat3> inertia;
   ContactProjection projection;
   for (const int sweeps : {1, 2, 7}) {
-    projection.build(world.bodies, contacts, world.context.graph, sweeps, &repulsions);
+    projection.build(world.bodies, contacts, world.context.contact.graph, sweeps, &repulsions);
     VelocitySystem A(world.bodies, 1e-3, ImplicitForces::damping, &projection, force, inertia);
     for (unsigned seed = 1; seed < 4; ++seed) {
       const GeneralizedVelocity u = random_velocity(world.bodies, seed),
@@ -400,7 +401,7 @@ TEST(ProjectionOfAllContacts, IsSymmetricAndPositiveSemidefinite) {
 
   // After many sweeps P P = P. Repulsions are left out here: their rows are more than they can determine and
   // almost repeat each other. The test above shows how fast they converge.
-  projection.build(world.bodies, contacts, world.context.graph, 4000, nullptr);
+  projection.build(world.bodies, contacts, world.context.contact.graph, 4000, nullptr);
   VelocitySystem P(world.bodies, 1e-3, ImplicitForces::damping, &projection, force, inertia);
   GeneralizedVelocity once = random_velocity(world.bodies, 3);
   P.project(once);
@@ -422,7 +423,7 @@ TEST(FrictionOfTheProjection, GivesTheHostWhatItTakesFromTheGuest) {
   World& world = simulation.world();
   for (int i = 0; i < 5; ++i) step(world, i * 1e-3, 1e-3);
   ContactProjection projection;
-  projection.build(world.bodies, world.context.contacts, world.context.graph, 1);
+  projection.build(world.bodies, world.context.contact.contacts, world.context.contact.graph, 1);
   GeneralizedVelocity v;
   to_generalized(world.bodies, v);
   for (std::vector<Vec3>* part : {&v.particle, &v.linear, &v.angular})
@@ -473,19 +474,19 @@ TEST(ProjectionOfJointedBodies, IsSymmetricAndKeepsTheJoints) {
   World& world = simulation.world();
   for (int i = 0; i < 10; ++i) step(world, i * 1e-3, 1e-3);
   StepContext& context = world.context;
-  for (ContactPoint& contact : context.contacts.points) update_geometry(world.bodies, contact);
-  context.articulated_response.outdate();
-  const ArticulatedResponse* linked = context.articulated_response.prepare(
-      world.bodies, context.joints, ControlledJoints::are_free, context.contacts);
+  for (ContactPoint& contact : context.contact.contacts.points) update_geometry(world.bodies, contact);
+  context.joints.response.outdate();
+  const ArticulatedResponse* linked = context.joints.response.prepare(
+      world.bodies, context.joints.solver, ControlledJoints::are_free, context.contact.contacts);
   ASSERT_TRUE(linked && linked->is_complete());
-  context.joints.prepare_projection(world.bodies.rigid);
+  context.joints.solver.prepare_projection(world.bodies.rigid);
   ContactProjection projection;
   std::vector<Vec3> force;
   std::vector<Mat3> inertia;
   double asymmetry = 0, max_kept = 0, off = 0;
   for (const int sweeps : {1, 3}) {
-    projection.build(world.bodies, context.contacts, context.graph, sweeps, nullptr, linked);
-    projection.add_joints(context.joints);
+    projection.build(world.bodies, context.contact.contacts, context.contact.graph, sweeps, nullptr, linked);
+    projection.add_joints(context.joints.solver);
     const VelocitySystem P(world.bodies, 1e-3, ImplicitForces::damping, &projection, force, inertia);
     for (unsigned seed = 1; seed < 4; ++seed) {
       const GeneralizedVelocity u = random_velocity(world.bodies, seed),
@@ -496,7 +497,7 @@ TEST(ProjectionOfJointedBodies, IsSymmetricAndKeepsTheJoints) {
       asymmetry = std::max(asymmetry, std::abs(P.inner(u, Pv) - P.inner(v, Pu)) / P.inner(u, u));
       max_kept = std::max(max_kept, P.inner(Pu, Pu) / P.inner(u, u));
       std::vector<Vec3> linear = Pu.linear, angular = Pu.angular;
-      context.joints.project(world.bodies.rigid, linear, angular);
+      context.joints.solver.project(world.bodies.rigid, linear, angular);
       for (std::size_t i = 0; i < linear.size(); ++i)
         off = std::max({off, (linear[i] - Pu.linear[i]).norm(), (angular[i] - Pu.angular[i]).norm()});
     }

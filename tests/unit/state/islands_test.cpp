@@ -17,8 +17,9 @@ Islands find(World& world, bool with_contacts = true) {
   Islands islands;
   islands.begin(world.bodies);
   if (with_contacts) {
-    context.projection.build(world.bodies, context.contacts, context.graph, 1, &context.self_repulsion);
-    context.projection.join(islands);
+    context.solve.projection.build(world.bodies, context.contact.contacts, context.contact.graph, 1,
+                                   &context.surfaces.repulsion);
+    context.solve.projection.join(islands);
   }
   islands.finish();
   return islands;

@@ -78,9 +78,9 @@ TEST(StateHashes, OfTheSceneTellWhereSolvesBegin) {
   Simulation simulation(scene, test::plan(scene));
   for (int i = 0; i < 6; ++i) simulation.advance_frame();
   const std::vector<BodyHashes> before = simulation.state_hashes();
-  ASSERT_FALSE(simulation.world().context.contact_cache.empty());
-  simulation.world().context.contact_cache[0].impulse.y() *= 2;
-  simulation.world().context.acceleration.particle[0].x() += 1;
+  ASSERT_FALSE(simulation.world().last_step.contact_cache.empty());
+  simulation.world().last_step.contact_cache[0].impulse.y() *= 2;
+  simulation.world().last_step.acceleration.particle[0].x() += 1;
   EXPECT_EQ(differences(before, simulation.state_hashes()),
             (std::set<std::string>{": contact cache", ": particle accelerations"}));
 }

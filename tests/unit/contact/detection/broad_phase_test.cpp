@@ -284,7 +284,7 @@ TEST(BroadPhase, LeavesNoTraceInASimulation) {
   const auto hash = advance(through, 6);
   EXPECT_EQ(advance(resumed, 6), hash);
   EXPECT_EQ(advance(returned, 6), hash);
-  EXPECT_GT(through.world().context.contacts.search.broad_phase.counts().kept, 0);
+  EXPECT_GT(through.world().context.contact.contacts.search.broad_phase.counts().kept, 0);
 }
 
 // Returns the difference of the velocities of all bodies from themselves, which is zero.

@@ -44,8 +44,9 @@ class Links : public ::testing::Test {
     simulation_.advance_frame();
     Bodies& bodies = world().bodies;
     StepContext& context = world().context;
-    context.joints.update(bodies.articulation, bodies.rigid);
-    if (!linked.prepare(bodies, context.joints, ControlledJoints::are_free, context.contacts)) return false;
+    context.joints.solver.update(bodies.articulation, bodies.rigid);
+    if (!linked.prepare(bodies, context.joints.solver, ControlledJoints::are_free, context.contact.contacts))
+      return false;
     linked.begin(bodies.rigid);
     return true;
   }
@@ -69,10 +70,11 @@ TEST_F(Links, AnswerAsTheirJointsLetThem) {
   simulation_.advance_frame();  // the load touches from then on
   Bodies& bodies = world().bodies;
   StepContext& context = world().context;
-  context.joints.update(bodies.articulation, bodies.rigid);
-  context.joints.stabilize(bodies.rigid);
+  context.joints.solver.update(bodies.articulation, bodies.rigid);
+  context.joints.solver.stabilize(bodies.rigid);
   ArticulatedResponse linked;
-  ASSERT_TRUE(linked.prepare(bodies, context.joints, ControlledJoints::are_free, context.contacts));
+  ASSERT_TRUE(
+      linked.prepare(bodies, context.joints.solver, ControlledJoints::are_free, context.contact.contacts));
   EXPECT_TRUE(linked.is_complete());
   linked.begin(bodies.rigid);
   const Vec3 before = bodies.rigid.state[2].velocity;
@@ -80,7 +82,7 @@ TEST_F(Links, AnswerAsTheirJointsLetThem) {
   linked.push(bodies.rigid, 1, wrench_of(Vec3(-0.2, 0.2, 0), Vec3(1, 40, -7)));
   EXPECT_GT((bodies.rigid.state[2].velocity - before).norm(), 0.01);
   linked.finish(bodies.rigid);
-  EXPECT_GT(context.joints.stabilize(bodies.rigid), 0.1);
+  EXPECT_GT(context.joints.solver.stabilize(bodies.rigid), 0.1);
   test::expect_below(linked.difference(bodies.rigid), 1e-12, "difference, m/s");
 }
 
@@ -95,21 +97,23 @@ TEST_F(ControlledLinks, AnswerAsTheirControlLetsThem) {
   simulation_.advance_frame();
   Bodies& bodies = world().bodies;
   StepContext& context = world().context;
-  context.joints.update(bodies.articulation, bodies.rigid);
+  context.joints.solver.update(bodies.articulation, bodies.rigid);
   const auto settle = [&] {
-    context.joints.begin_impulses(bodies.articulation, 0.01);
-    return context.joints.stabilize_and_control(bodies.articulation, bodies.rigid);
+    context.joints.solver.begin_impulses(bodies.articulation, 0.01);
+    return context.joints.solver.stabilize_and_control(bodies.articulation, bodies.rigid);
   };
   settle();
   ArticulatedResponse linked;
-  ASSERT_TRUE(linked.prepare(bodies, context.joints, ControlledJoints::are_held, context.contacts));
+  ASSERT_TRUE(
+      linked.prepare(bodies, context.joints.solver, ControlledJoints::are_held, context.contact.contacts));
   linked.begin(bodies.rigid);
   linked.push(bodies.rigid, 0, wrench_of(Vec3(0.1, 0.2, -0.1), Vec3(3, -2, 5)));
   linked.finish(bodies.rigid);
   EXPECT_GT(settle(), 0.1);
   test::expect_below(linked.difference(bodies.rigid), 1e-12, "difference, m/s");
   linked.outdate();
-  ASSERT_TRUE(linked.prepare(bodies, context.joints, ControlledJoints::are_free, context.contacts));
+  ASSERT_TRUE(
+      linked.prepare(bodies, context.joints.solver, ControlledJoints::are_free, context.contact.contacts));
   linked.begin(bodies.rigid);
   linked.push(bodies.rigid, 0, wrench_of(Vec3(0.1, 0.2, -0.1), Vec3(3, -2, 5)));
   linked.finish(bodies.rigid);
@@ -124,7 +128,7 @@ TEST_F(Links, MakeTheResponseOfTheirContacts) {
   ArticulatedResponse linked;
   ASSERT_TRUE(begin(linked));
   double off = 0;
-  for (const ContactPoint& contact : world().context.contacts.points) {
+  for (const ContactPoint& contact : world().context.contact.contacts.points) {
     ASSERT_TRUE(linked.takes_part(contact));
     const Vec3 before = relative_velocity(bodies, contact), impulse(0.3, 2, -0.7);
     linked.apply_impulse(bodies, contact, impulse);

@@ -22,7 +22,7 @@ TEST(ActiveSet, GrowsFromTheGroundThroughAStackThatFallsFreely) {
   for (int i = 0; i < 20; ++i) step(world, i * 1e-3, 1e-3);
   Bodies& bodies = world.bodies;
   ContactProjection projection;
-  projection.build(bodies, world.context.contacts, world.context.graph, 1000);
+  projection.build(bodies, world.context.contact.contacts, world.context.contact.graph, 1000);
 
   GeneralizedVelocity rest, fall;
   to_generalized(bodies, rest);
@@ -59,7 +59,7 @@ TEST(ActiveSet, LeavesOutWhatSeparates) {
   World& world = simulation.world();
   for (int i = 0; i < 20; ++i) step(world, i * 1e-3, 1e-3);
   ContactProjection projection;
-  projection.build(world.bodies, world.context.contacts, world.context.graph, 100);
+  projection.build(world.bodies, world.context.contact.contacts, world.context.contact.graph, 100);
   GeneralizedVelocity rest, v;
   to_generalized(world.bodies, rest);
   for (std::vector<Vec3>* part : {&rest.linear, &rest.angular})
