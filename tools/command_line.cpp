@@ -43,6 +43,31 @@ void add_exports(const SimulateOptions& options, Outcome& outcome, Report& repor
 // Whether a command draws what it simulates.
 enum class Pictures { are_drawn, are_left_out };
 
+// Adds the options that say what becomes of a run that the folder holds already, and when this call ends.
+void add_continuation(CLI::App& app, SimulateOptions& options) {
+  CLI::Option* resume =
+      app.add_flag("--resume", options.resume,
+                   "Continue the run in the folder after its last whole frame; removes nothing");
+  app.add_option(
+         "--stop-after", options.stop_after,
+         "Begin no further frame when this wall time is over, and end with status 75; with --resume the "
+         "same command goes on until all is there. Each call simulates one frame at least")
+      ->check(CLI::PositiveNumber)
+      ->type_name("SECONDS");
+  app.add_option("--wait", options.wait,
+                 "Wait so long if another program writes to the folder; default: do not wait")
+      ->check(between(0, 1e9))
+      ->type_name("SECONDS");
+  app.add_flag("--overwrite", options.overwrite,
+               "Replace the run in the folder: its frames, pictures, statistics and checkpoints are removed "
+               "first, and exports, page and report that show them. Without it and --resume a folder that "
+               "holds a run is refused")
+      ->excludes(resume);
+  app.add_flag("--allow-other-build", options.allow_other_build,
+               "Continue also a run whose frames another version of the numerics computed")
+      ->needs(resume);
+}
+
 void add_simulate(CLI::App& app, CommandLine& line, Pictures pictures) {
   const bool draw = pictures == Pictures::are_drawn;
   SimulateOptions& options = line.simulate;
@@ -77,27 +102,7 @@ void add_simulate(CLI::App& app, CommandLine& line, Pictures pictures) {
     app.add_flag("--stats-only", options.stats_only,
                  "Write stats.jsonl and checkpoints, no meshes and level sets")
         ->excludes(formats);
-  CLI::Option* resume =
-      app.add_flag("--resume", options.resume,
-                   "Continue the run in the folder after its last whole frame; removes nothing");
-  app.add_option(
-         "--stop-after", options.stop_after,
-         "Begin no further frame when this wall time is over, and end with status 75; with --resume the "
-         "same command goes on until all is there. Each call simulates one frame at least")
-      ->check(CLI::PositiveNumber)
-      ->type_name("SECONDS");
-  app.add_option("--wait", options.wait,
-                 "Wait so long if another program writes to the folder; default: do not wait")
-      ->check(between(0, 1e9))
-      ->type_name("SECONDS");
-  app.add_flag("--overwrite", options.overwrite,
-               "Replace the run in the folder: its frames, pictures, statistics and checkpoints are removed "
-               "first, and exports, page and report that show them. Without it and --resume a folder that "
-               "holds a run is refused")
-      ->excludes(resume);
-  app.add_flag("--allow-other-build", options.allow_other_build,
-               "Continue also a run whose frames another version of the numerics computed")
-      ->needs(resume);
+  add_continuation(app, options);
   add_report(app, line);
   app.callback([&line, draw] {
     line.command = [&line, draw](Report& report) {

@@ -273,6 +273,73 @@ std::vector<std::string> all_warnings(const Scene& scene, const EffectPlan& plan
   return found;
 }
 
+// Returns the list of the effects of the plan, with their reasons.
+nlohmann::json effects_json(const EffectPlan& plan) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const PlannedEffect& planned : plan.effects)
+    list.push_back({{"name", name(planned.effect)}, {"active", planned.active}, {"reason", planned.reason}});
+  return list;
+}
+
+// Returns the list of the grids of level sets.
+nlohmann::json grids_json(const WorldSizes& sizes) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const GridSize& grid : sizes.grids)
+    list.push_back({{"body", grid.body},
+                    {"bodies", grid.bodies},
+                    {"nodes", {grid.nodes.x(), grid.nodes.y(), grid.nodes.z()}},
+                    {"spacing", grid.spacing},
+                    {"thickness", grid.thickness}});
+  return list;
+}
+
+// Returns the list of the meshes of tetrahedra.
+nlohmann::json tet_meshes_json(const WorldSizes& sizes) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const TetSize& mesh : sizes.tet_meshes)
+    list.push_back({{"body", mesh.body},
+                    {"bodies", mesh.bodies},
+                    {"tets", mesh.tets},
+                    {"smallest_altitude", mesh.min_altitude},
+                    {"dihedral_angles", {mesh.min_angle, mesh.max_angle}}});
+  return list;
+}
+
+// Returns the list of the skins, with their distances from the tetrahedra.
+nlohmann::json skins_json(const WorldSizes& sizes) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const SkinSize& skin : sizes.skins)
+    list.push_back({{"body", skin.body},
+                    {"bodies", skin.bodies},
+                    {"triangles", skin.triangles},
+                    {"outside", skin.outside},
+                    {"inside", skin.inside}});
+  return list;
+}
+
+// Returns the list of the overlaps at frame 0.
+nlohmann::json overlaps_json(const WorldSizes& sizes) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const InitialOverlap& overlap : sizes.initial_overlaps)
+    list.push_back({{"bodies", {overlap.first, overlap.second}},
+                    {"depth", overlap.depth},
+                    {"place", {overlap.place.x(), overlap.place.y(), overlap.place.z()}},
+                    {"left", overlap.left}});
+  return list;
+}
+
+// Returns the list of what the presets cost and gain in the studies of accuracy.
+nlohmann::json studies_json() {
+  nlohmann::json list = nlohmann::json::array();
+  for (const PresetStudy& study : preset_studies())
+    list.push_back({{"study", study.study},
+                    {"measure", study.measure},
+                    {"unit", study.unit},
+                    {"error", study.error},
+                    {"seconds", study.seconds}});
+  return list;
+}
+
 }  // namespace
 
 std::string explain(const Scene& scene, const EffectPlan& plan, const WorldSizes& sizes,
@@ -291,45 +358,6 @@ std::string explain(const Scene& scene, const EffectPlan& plan, const WorldSizes
 
 nlohmann::json explain_json(const Scene& scene, const EffectPlan& plan, const WorldSizes& sizes,
                             const std::vector<std::string>& further) {
-  using nlohmann::json;
-  json effects = json::array();
-  for (const PlannedEffect& planned : plan.effects)
-    effects.push_back(
-        {{"name", name(planned.effect)}, {"active", planned.active}, {"reason", planned.reason}});
-  json grids = json::array();
-  for (const GridSize& grid : sizes.grids)
-    grids.push_back({{"body", grid.body},
-                     {"bodies", grid.bodies},
-                     {"nodes", {grid.nodes.x(), grid.nodes.y(), grid.nodes.z()}},
-                     {"spacing", grid.spacing},
-                     {"thickness", grid.thickness}});
-  json tet_meshes = json::array();
-  for (const TetSize& mesh : sizes.tet_meshes)
-    tet_meshes.push_back({{"body", mesh.body},
-                          {"bodies", mesh.bodies},
-                          {"tets", mesh.tets},
-                          {"smallest_altitude", mesh.min_altitude},
-                          {"dihedral_angles", {mesh.min_angle, mesh.max_angle}}});
-  json skins = json::array();
-  for (const SkinSize& skin : sizes.skins)
-    skins.push_back({{"body", skin.body},
-                     {"bodies", skin.bodies},
-                     {"triangles", skin.triangles},
-                     {"outside", skin.outside},
-                     {"inside", skin.inside}});
-  json overlaps = json::array();
-  for (const InitialOverlap& overlap : sizes.initial_overlaps)
-    overlaps.push_back({{"bodies", {overlap.first, overlap.second}},
-                        {"depth", overlap.depth},
-                        {"place", {overlap.place.x(), overlap.place.y(), overlap.place.z()}},
-                        {"left", overlap.left}});
-  json studies = json::array();
-  for (const PresetStudy& study : preset_studies())
-    studies.push_back({{"study", study.study},
-                       {"measure", study.measure},
-                       {"unit", study.unit},
-                       {"error", study.error},
-                       {"seconds", study.seconds}});
   const TimeStepEstimate estimate = estimate_time_step(scene, sizes);
   return {
       {"scene", scene.path},
@@ -337,19 +365,19 @@ nlohmann::json explain_json(const Scene& scene, const EffectPlan& plan, const Wo
       {"figure", scene.figure},
       {"frames", scene.frames},
       {"fps", scene.fps},
-      {"effects", effects},
+      {"effects", effects_json(plan)},
       {"stages", sizes.stages},
       {"sizes",
        {{"rigid_dynamic", sizes.rigid_dynamic},
         {"rigid_kinematic", sizes.rigid_kinematic},
         {"rigid_static", sizes.rigid_static},
         {"rigid_samples", sizes.rigid_samples},
-        {"grids", grids},
-        {"skins", skins},
+        {"grids", grids_json(sizes)},
+        {"skins", skins_json(sizes)},
         {"deformable", sizes.deformable},
         {"particles", sizes.particles},
         {"tets", sizes.tets},
-        {"tet_meshes", tet_meshes},
+        {"tet_meshes", tet_meshes_json(sizes)},
         {"surface_triangles", sizes.surface_triangles},
         {"face_samples", sizes.face_samples}}},
       {"masses", {{"lightest", sizes.lightest}, {"heaviest", sizes.heaviest}, {"ratio", mass_ratio(sizes)}}},
@@ -360,8 +388,9 @@ nlohmann::json explain_json(const Scene& scene, const EffectPlan& plan, const Wo
         {"first_step", sizes.time_step},
         {"first_step_bound", sizes.time_step_bound}}},
       {"accuracy",
-       {{"preset", accuracy_names[static_cast<std::size_t>(scene.solver.accuracy)]}, {"studies", studies}}},
-      {"initial_overlaps", overlaps},
+       {{"preset", accuracy_names[static_cast<std::size_t>(scene.solver.accuracy)]},
+        {"studies", studies_json()}}},
+      {"initial_overlaps", overlaps_json(sizes)},
       {"warnings", all_warnings(scene, plan, sizes, further)}};
 }
 

@@ -247,6 +247,77 @@ void find_relaxing_islands(World& world, StepContext& context) {
   solved.relaxing.update();
 }
 
+// Adds the forces of step V without contact and damping to the velocities before it:
+// b = v-^n + dt (g + M^-1 F). Prescribed velocities replace those of step III, too. `swept_drive` are the
+// forces of joints outside the solve.
+void find_start_velocity(World& world, StepContext& context, const RigidForces& swept_drive) {
+  Bodies& bodies = world.bodies;
+  GeneralizedVelocity& b = context.solved.start_velocity;
+  add_turn_forces(world, context, 1, context.solve.explicit_force);
+  add_forces(bodies, context.solve.explicit_force, context.dt, b);
+  for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
+    if (bodies.rigid.properties[i].is_dynamic()) b.linear[i] += context.dt * world.gravity;
+  add_joint_drive(bodies, swept_drive, context.dt, b);
+  for (const KinematicStep& step : context.kinematic) {
+    b.linear[step.body] = bodies.rigid.state[step.body].velocity;
+    b.angular[step.body] = bodies.rigid.state[step.body].angular_velocity;
+  }
+  for (std::size_t p = 0; p < bodies.particles.size(); ++p)
+    if (is_held(bodies.particles, p))
+      b.particle[p] = context.solved.middle_velocity.particle[p] = bodies.particles.v[p];
+}
+
+// Updates the contacts at x^{n+1}, with targets for the velocities of step III, which the bodies of the
+// searched islands get.
+void update_contacts_at_end(World& world, StepContext& context) {
+  Bodies& bodies = world.bodies;
+  ContactStage& contact = context.contact;
+  const double dt = context.dt;
+  take_velocities(context.solved.middle_velocity, context.solved.islands, bodies);
+  follow_bodies(bodies.rigid, bodies.bound, bodies.particles);
+  update_contacts(contact.graph, bodies, contact.contacts);
+  find_impact_planes(bodies, context.states.v_hat_n, dt, world.settings.orientation,
+                     world.gravity.norm() * dt * dt, contact.contacts);
+  find_speculative_targets(dt, world.settings.orientation, contact.graph, bodies, contact.contacts);
+}
+
+// Solves for the velocities at the end of the step, with contact, pairs of surfaces and joints as unknowns.
+// The search starts at the velocities now.
+void find_velocity_at_end(World& world, StepContext& context) {
+  Bodies& bodies = world.bodies;
+  VelocitySolve& solve = context.solve;
+  SolvedContact& solved = context.solved;
+  const double dt = context.dt;
+  to_generalized(bodies, solve.solution);
+  solve.right_side = solved.start_velocity;
+  build_forces(world, context, solved.islands, dt, 2);
+  if (world.has(Effect::self_repulsion))
+    solved.forces.add_pairs(bodies, context.surfaces.repulsion.pairs(), solved.islands, dt, 0,
+                            solved.pair_forces, dt, solve.blocks.own());
+  build_joint_forces(world, context, solved.islands, RateAt::end, dt, 2);
+  ContactProjection* projection = keep_joints(world, context, solved.islands);
+  if (projection) projection->satisfy(solve.solution);
+  follow_twists(bodies.bound, solve.right_side.linear, solve.right_side.angular, solve.right_side.particle);
+  follow_twists(bodies.bound, solve.solution.linear, solve.solution.angular, solve.solution.particle);
+  find_blocks(world, context, dt, ImplicitForces::damping);
+  find_velocity(world, context,
+                {.dt = dt,
+                 .projection = projection,
+                 .contacts = &solved.forces,
+                 .joints = &context.joints.forces,
+                 .islands = &solved.islands});
+}
+
+// Returns whether the solve has converged. If it has, V plus the residual are the velocities that forces and
+// impulses make, which keep momentum to rounding; the solution becomes these.
+bool add_residual_if_converged(const World& world, VelocitySolve& solve) {
+  double left = 0;
+  for (const Vec3& v : solve.newton_residual.particle) left = std::max(left, v.norm());
+  const bool has_converged = left <= world.settings.cg_tolerance;
+  if (has_converged) VelocitySystem::axpy(1, solve.newton_residual, solve.solution);
+  return has_converged;
+}
+
 }  // namespace
 
 void solve_contact_halfway(World& world, StepContext& context) {
@@ -275,78 +346,34 @@ void solve_contact_halfway(World& world, StepContext& context) {
 }
 
 void solve_contact_at_end(World& world, StepContext& context) {
+  Bodies& bodies = world.bodies;
   VelocitySolve& solve = context.solve;
   SolvedContact& solved = context.solved;
   JointStage& joints = context.joints;
-  ContactStage& contact = context.contact;
   solved.from_outside = {};
   solved.pair_forces_next.clear();
-  Bodies& bodies = world.bodies;
   if (solved.islands.searched() == 0) return;
-  const double dt = context.dt;
-  add_turn_forces(world, context, 1, solve.explicit_force);
-  // b = v-^n + dt (g + M^-1 F), without contact and damping.
-  GeneralizedVelocity& b = solved.start_velocity;
-  add_forces(bodies, solve.explicit_force, dt, b);
-  for (std::size_t i = 0; i < bodies.rigid.size(); ++i)
-    if (bodies.rigid.properties[i].is_dynamic()) b.linear[i] += dt * world.gravity;
-  const bool has_joints = solved.islands.has_joints();
-  const RigidForces& swept_drive = has_joints ? joints.swept_drive : joints.drive;
-  add_joint_drive(bodies, swept_drive, dt, b);
-  for (const KinematicStep& step : context.kinematic) {
-    b.linear[step.body] = bodies.rigid.state[step.body].velocity;
-    b.angular[step.body] = bodies.rigid.state[step.body].angular_velocity;
-  }
-  for (std::size_t p = 0; p < bodies.particles.size(); ++p)
-    if (is_held(bodies.particles, p))
-      b.particle[p] = solved.middle_velocity.particle[p] = bodies.particles.v[p];
-  // Contacts at x^{n+1}, with targets for the velocities of step III.
-  take_velocities(solved.middle_velocity, solved.islands, bodies);
-  follow_bodies(bodies.rigid, bodies.bound, bodies.particles);
-  update_contacts(contact.graph, bodies, contact.contacts);
-  find_impact_planes(bodies, context.states.v_hat_n, dt, world.settings.orientation,
-                     world.gravity.norm() * dt * dt, contact.contacts);
-  find_speculative_targets(dt, world.settings.orientation, contact.graph, bodies, contact.contacts);
-  to_generalized(bodies, solve.solution);
-  solve.right_side = b;
-  build_forces(world, context, solved.islands, dt, 2);
-  if (world.has(Effect::self_repulsion))
-    solved.forces.add_pairs(bodies, context.surfaces.repulsion.pairs(), solved.islands, dt, 0,
-                            solved.pair_forces, dt, solve.blocks.own());
-  build_joint_forces(world, context, solved.islands, RateAt::end, dt, 2);
-  ContactProjection* projection = keep_joints(world, context, solved.islands);
-  if (projection) projection->satisfy(solve.solution);
-  follow_twists(bodies.bound, solve.right_side.linear, solve.right_side.angular, solve.right_side.particle);
-  follow_twists(bodies.bound, solve.solution.linear, solve.solution.angular, solve.solution.particle);
-  find_blocks(world, context, dt, ImplicitForces::damping);
-  find_velocity(world, context,
-                {.dt = dt,
-                 .projection = projection,
-                 .contacts = &solved.forces,
-                 .joints = &joints.forces,
-                 .islands = &solved.islands});
-  // If the solve has converged, V plus the residual are the velocities that forces and impulses make, which
-  // keep momentum to rounding.
-  double left = 0;
-  for (const Vec3& v : solve.newton_residual.particle) left = std::max(left, v.norm());
-  const bool has_converged = left <= world.settings.cg_tolerance;
+  const RigidForces& swept_drive = solved.islands.has_joints() ? joints.swept_drive : joints.drive;
+  find_start_velocity(world, context, swept_drive);
+  update_contacts_at_end(world, context);
+  find_velocity_at_end(world, context);
+  const bool has_converged = add_residual_if_converged(world, solve);
   solved.converged = solved.converged && has_converged;
-  if (has_converged) VelocitySystem::axpy(1, solve.newton_residual, solve.solution);
   for (std::size_t p = 0; p < bodies.particles.size(); ++p)
     solve.force[p] = solve.explicit_force[p] + solve.damping_force[p];
   // The sweeps of V.4 start from twice the impulses that contacts hold, so that half of them are stored. V.4
   // applies them again, and finds control, friction and limits of other joints anew; both are taken out of
   // the velocities here. The drive of joints in the solve stays.
-  solved.forces.store(0.5, contact.contacts);
-  solved.forces.store_pairs(dt, solved.pair_forces_next);
+  solved.forces.store(0.5, context.contact.contacts);
+  solved.forces.store_pairs(context.dt, solved.pair_forces_next);
   solve.right_side = solve.solution;
   solved.forces.add_stored_velocities(-1, solve.right_side);
-  add_joint_drive(bodies, swept_drive, -dt, solve.right_side);
+  add_joint_drive(bodies, swept_drive, -context.dt, solve.right_side);
   if (!world.settings.implicit_elasticity) {
     solved.from_outside = solved.forces.impulse_of_pins(bodies.particles);
     solved.from_outside += joints.forces.impulse_of_fixed();
     if (!has_converged)
-      return_momentum_to_bodies(world, solved.islands, context.states.x_half, dt, solve.right_side);
+      return_momentum_to_bodies(world, solved.islands, context.states.x_half, context.dt, solve.right_side);
   }
   take_velocities(solve.right_side, solved.islands, bodies);
   check_finite(world, Stage::contact_in_solve_at_end);

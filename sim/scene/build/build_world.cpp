@@ -16,11 +16,11 @@
 #include "sim/contact/response/articulated_response.h"
 #include "sim/geometry/level_set/shape_mesh.h"
 #include "sim/geometry/queries/texture.h"
-#include "sim/geometry/queries/triangle_tree.h"
 #include "sim/scene/build/add_deformable.h"
 #include "sim/scene/build/attachments.h"
 #include "sim/scene/build/body_damping.h"
 #include "sim/scene/build/motion.h"
+#include "sim/scene/build/skins.h"
 #include "sim/scene/build/tet_meshes.h"
 #include "sim/scene/deformables.h"
 #include "sim/scene/joints.h"
@@ -88,81 +88,6 @@ std::vector<double> lumped_masses(const TetMesh& mesh, double density) {
   for (const Tet& t : mesh.tets)
     for (int i : t) mass[static_cast<std::size_t>(i)] += density / 4 * volume(mesh, t);
   return mass;
-}
-
-// Returns the drawn surface of a body with a skin, bound to the tetrahedra that carry it. Throws Error
-// (usage) if the scene was read without meshes.
-BodyShape skinned(const scene::DeformableBody& description, const TetMesh& mesh, std::size_t first_particle) {
-  if (!description.skin->mesh)
-    throw Error(ExitStatus::usage,
-                fmt::format("deformable.{}.skin: the scene was read without its meshes", description.name));
-  BodyShape shape;
-  shape.name = description.name;
-  shape.surface.surface = mesh_surface(in_frame(*description.skin->mesh, description.skin->scale, Pose{}));
-  shape.skin = CarriedSurface(shape.surface.surface, mesh);
-  shape.first_particle = first_particle;
-  return shape;
-}
-
-// Measures how far the vertices of the skin lie from the boundary of the tetrahedra, both at rest. A vertex
-// outside of all tetrahedra has a negative barycentric weight.
-SkinSize measure_skin(const BodyShape& skin, const TetMesh& mesh, const std::vector<Triangle>& boundary) {
-  constexpr double rounding = 1e-9;  // error of a weight, absolute; the weights of a vertex add up to 1
-  const TriangleTree tree(TriangleMesh{mesh.nodes, boundary, {}, {}});
-  const Surface& surface = skin.surface.surface;
-  SkinSize size{skin.name, 1, static_cast<int>(surface.triangles.size())};
-  Eigen::AlignedBox3d box;
-  for (std::size_t i = 0; i < surface.positions.size(); ++i) {
-    box.extend(surface.positions[i]);
-    const std::array<double, 4>& weights = skin.skin.carriers()[i].weights;
-    const bool is_outside = *std::min_element(weights.begin(), weights.end()) < -rounding;
-    double& farthest = is_outside ? size.outside : size.inside;
-    farthest = std::max(farthest, tree.nearest(surface.positions[i]).distance);
-  }
-  size.extent = box.sizes().maxCoeff();
-  return size;
-}
-
-// Adds the size of a skin to the list, or counts it as one more body if an equal size is there.
-void add_skin_size(const SkinSize& size, std::vector<SkinSize>& sizes) {
-  const auto alike = std::find_if(sizes.begin(), sizes.end(), [&](const SkinSize& other) {
-    return other.triangles == size.triangles && other.outside == size.outside && other.inside == size.inside;
-  });
-  if (alike == sizes.end())
-    sizes.push_back(size);
-  else
-    ++alike->bodies;
-}
-
-// Adds the mass of a skin to the masses of the nodes that carry it. Mass is distributed over triangles by
-// area, a third of it to each corner, and from a corner to its nodes by the barycentric weights, so that
-// total mass and center of mass are kept. Throws Error (usage) if the skin reaches so far out of the
-// tetrahedra that a node's mass would not be positive.
-void add_skin_mass(const scene::DeformableBody& description, const BodyShape& skin,
-                   std::vector<double>& masses) {
-  const Surface& surface = skin.surface.surface;
-  std::vector<double> area(surface.positions.size(), 0);
-  double total = 0;
-  for (const std::array<Corner, 3>& triangle : surface.triangles) {
-    std::array<Vec3, 3> x;
-    for (std::size_t k = 0; k < 3; ++k)
-      x[k] = surface.positions[static_cast<std::size_t>(triangle[k].position)];
-    const double its_area = (x[1] - x[0]).cross(x[2] - x[0]).norm() / 2;
-    for (const Corner& corner : triangle) area[static_cast<std::size_t>(corner.position)] += its_area / 3;
-    total += its_area;
-  }
-  for (std::size_t i = 0; i < area.size(); ++i) {
-    const CarriedSurface::Carrier& carrier = skin.skin.carriers()[i];
-    for (std::size_t k = 0; k < 4; ++k)
-      masses[static_cast<std::size_t>(carrier.nodes[k])] +=
-          *description.skin->mass * area[i] / total * carrier.weights[k];
-  }
-  if (*std::min_element(masses.begin(), masses.end()) <= 0)
-    throw Error(
-        ExitStatus::usage,
-        fmt::format("deformable.{}.skin.mass: {:.4g} kg on a skin that reaches {:.2g} of a tetrahedron "
-                    "out of them would need negative masses; lower it, or shape.spacing",
-                    description.name, *description.skin->mass, skin.skin.farthest_outside()));
 }
 
 // Returns the law of the springs of a volume. In implicit steps the springs on altitudes stay those of the
@@ -403,25 +328,30 @@ void fall_freely(const Bodies& bodies, const Vec3& gravity, GeneralizedVelocity&
   acceleration.linear.assign(bodies.rigid.size(), gravity);
 }
 
-}  // namespace
-
-BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
-  BuiltWorld built;
-  World& world = built.world;
-  Bodies& bodies = world.bodies;
+// Adds the rigid bodies of the scene but for its ground. Returns for each of them its shape space in the
+// coordinates of its shape.
+std::vector<Pose> add_rigid_bodies(const Scene& scene, const EffectSet& plan, BuiltWorld& built) {
+  RigidBodies& rigid = built.world.bodies.rigid;
   Solids solids(surface_detail(scene));
-  TetMeshes meshes;
   std::vector<Pose> frames;
   for (const RigidBody& body : scene.rigid) {
     const Solid& solid = solids.of(body);
     frames.push_back(solid.frame);
     const bool is_dynamic = !body.is_static && !body.is_kinematic;
     const double mass = is_dynamic ? body.mass.value_or(body.density.value_or(0) * solid.volume) : 0;
-    add_rigid(bodies.rigid, body.name, solid, mass, body, body.placement);
+    add_rigid(rigid, body.name, solid, mass, body, body.placement);
     if (body.is_kinematic && plan[index(Effect::kinematic_motion)])
-      make_kinematic(bodies.rigid, kinematic_motion(body, solid.frame));
+      make_kinematic(rigid, kinematic_motion(body, solid.frame));
     built.shapes.push_back({body.name, {solid.surface, {}}});
   }
+  return frames;
+}
+
+// Adds the deformable bodies of the scene, with their forces, which are not finalized yet.
+void add_deformable_bodies(const Scene& scene, const EffectSet& plan, BuiltWorld& built) {
+  World& world = built.world;
+  Bodies& bodies = world.bodies;
+  TetMeshes meshes;
   for (const scene::DeformableBody& body : scene.deformable) {
     built.shapes.push_back(body.shape.is_volume()
                                ? add_volume(scene, plan, body, meshes.of(body), bodies, built.skins)
@@ -433,6 +363,61 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
     world.damping_time.push_back(damping.time);
   }
   for (duet::DeformableBody& body : bodies.deformable) body.element_size = element_size(body, bodies);
+  built.tet_meshes = meshes.sizes();
+}
+
+// Adds the half space below the ground of the scene, as the last rigid body.
+void add_ground(const Ground& ground, RigidBodies& rigid) {
+  Placement placement;
+  placement.position = Vec3(0, ground.height, 0);
+  Solid half_space;
+  half_space.level_set = LevelSet::half_space();
+  add_rigid(rigid, "ground", half_space, 0, ground, placement);
+}
+
+// Adds the joints of the scene, what the step keeps about them, and what contact knows about jointed bodies.
+// `frames` are the shape spaces of the rigid bodies in the coordinates of their shapes.
+void add_articulation(const Scene& scene, const EffectSet& plan, const std::vector<Pose>& frames,
+                      World& world) {
+  Bodies& bodies = world.bodies;
+  add_joints(scene, plan, frames, bodies);
+  find_taut_chains(bodies.articulation, bodies.rigid);
+  bodies.linked = linked_bodies(bodies);
+  JointStage& joints = world.context.joints;
+  joints.solver.analyze(bodies.articulation, bodies.rigid);
+  joints.free_motion.analyze(bodies.articulation, bodies.rigid);
+  for (RigidForces* drive : {&world.last_step.joint_drive, &joints.drive})
+    drive->linear = drive->angular = std::vector<Vec3>(bodies.rigid.size(), Vec3::Zero());
+  world.last_step.control_angle = starting_angles(bodies.articulation, bodies.rigid);
+}
+
+// Sets the settings of the step, and what its first step reads of a last one.
+void prepare_steps(const Scene& scene, const EffectSet& plan, World& world) {
+  Bodies& bodies = world.bodies;
+  world.plan = plan;
+  world.gravity = scene.gravity;
+  world.settings = step_settings(scene.solver);
+  if (scene.solver.compression == Compression::damped && !world.settings.implicit_elasticity)
+    bodies.forces.rely_on_damping(scene.solver.cfl, scene.solver.relaxation);
+  world.settings.collision.rigid_pairs = world.has(Effect::rigid_collision);
+  world.settings.contact.angular_friction = world.has(Effect::rolling_friction);
+  if (world.has(Effect::self_repulsion))
+    world.last_step.surface_friction.assign(bodies.particles.size(), Vec3::Zero());
+  if (world.has_internal_forces() && !world.settings.implicit_elasticity) {
+    fall_freely(bodies, world.gravity, world.last_step.acceleration);
+    for (std::vector<double>* pressure : {&world.last_step.pressure, &world.context.pressures.next})
+      pressure->assign(bodies.nodal_volumes.size(), 0.0);
+  }
+}
+
+}  // namespace
+
+BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
+  BuiltWorld built;
+  World& world = built.world;
+  Bodies& bodies = world.bodies;
+  std::vector<Pose> frames = add_rigid_bodies(scene, plan, built);
+  add_deformable_bodies(scene, plan, built);
   if (plan[index(Effect::soft_bindings)]) add_soft_bindings(scene, bodies);
   take_over_masses(bodies.rigid, bodies.bound, bodies.particles);
   for (duet::DeformableBody& body : bodies.deformable)
@@ -448,40 +433,13 @@ BuiltWorld build_world(const Scene& scene, const EffectSet& plan) {
   if (plan[index(Effect::self_repulsion)] || plan[index(Effect::self_collision)])
     bodies.collision_surface = collision_surface(scene, bodies);
   if (scene.ground) {
-    Placement placement;
-    placement.position = Vec3(0, scene.ground->height, 0);
-    Solid half_space;
-    half_space.level_set = LevelSet::half_space();
-    add_rigid(bodies.rigid, "ground", half_space, 0, *scene.ground, placement);
+    add_ground(*scene.ground, bodies.rigid);
     frames.emplace_back();
   }
   bodies.adjoining = adjoining_bodies(bodies);
   remove_hidden_samples(bodies);
-  if (plan[index(Effect::articulation)]) {
-    add_joints(scene, plan, frames, bodies);
-    find_taut_chains(bodies.articulation, bodies.rigid);
-    bodies.linked = linked_bodies(bodies);
-    world.context.joints.solver.analyze(bodies.articulation, bodies.rigid);
-    world.context.joints.free_motion.analyze(bodies.articulation, bodies.rigid);
-    for (RigidForces* drive : {&world.last_step.joint_drive, &world.context.joints.drive})
-      drive->linear = drive->angular = std::vector<Vec3>(bodies.rigid.size(), Vec3::Zero());
-    world.last_step.control_angle = starting_angles(bodies.articulation, bodies.rigid);
-  }
-  built.tet_meshes = meshes.sizes();
-  world.plan = plan;
-  world.gravity = scene.gravity;
-  world.settings = step_settings(scene.solver);
-  if (scene.solver.compression == Compression::damped && !world.settings.implicit_elasticity)
-    bodies.forces.rely_on_damping(scene.solver.cfl, scene.solver.relaxation);
-  world.settings.collision.rigid_pairs = world.has(Effect::rigid_collision);
-  world.settings.contact.angular_friction = world.has(Effect::rolling_friction);
-  if (world.has(Effect::self_repulsion))
-    world.last_step.surface_friction.assign(bodies.particles.size(), Vec3::Zero());
-  if (world.has_internal_forces() && !world.settings.implicit_elasticity) {
-    fall_freely(bodies, world.gravity, world.last_step.acceleration);
-    for (std::vector<double>* pressure : {&world.last_step.pressure, &world.context.pressures.next})
-      pressure->assign(bodies.nodal_volumes.size(), 0.0);
-  }
+  if (plan[index(Effect::articulation)]) add_articulation(scene, plan, frames, world);
+  prepare_steps(scene, plan, world);
   return built;
 }
 
