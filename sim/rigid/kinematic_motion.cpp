@@ -238,7 +238,9 @@ void find_jumps(Track<Value>& track) {
 template void find_jumps(PositionTrack& track);
 template void find_jumps(OrientationTrack& track);
 
-PositionTrack position_track(std::span<const PositionKey> keys, Interpolation interpolation, bool loop) {
+PositionTrack position_track(std::span<const PositionKey> keys, Interpolation interpolation,
+                             AfterLastKey after) {
+  const bool loop = after == AfterLastKey::repeat;
   DUET_ASSERT(is_increasing(keys));
   DUET_ASSERT(!loop || (keys.front().position - keys.back().position).norm() < same_place);
   PositionTrack track;
@@ -268,7 +270,8 @@ Vec3 position_at(const PositionTrack& track, double time) {
 }
 
 OrientationTrack orientation_track(std::span<const OrientationKey> keys, Interpolation interpolation,
-                                   bool loop) {
+                                   AfterLastKey after) {
+  const bool loop = after == AfterLastKey::repeat;
   DUET_ASSERT(is_increasing(keys));
   OrientationTrack track;
   track.loop = loop;

@@ -63,11 +63,18 @@ enum class Interpolation {
   linear
 };
 
+/// What a track does after its last key.
+enum class AfterLastKey {
+  stay,   ///< it keeps the last value
+  repeat  ///< it loops: it begins again at the first key
+};
+
 /// Makes the track through `keys`.
 ///
-/// There is at least one key, and times increase. For a looping track the last value must equal the first, to
-/// 1e-8 m.
-PositionTrack position_track(std::span<const PositionKey> keys, Interpolation interpolation, bool loop);
+/// There is at least one key, and times increase. For a track that repeats, the last value must equal the
+/// first, to 1e-8 m.
+PositionTrack position_track(std::span<const PositionKey> keys, Interpolation interpolation,
+                             AfterLastKey after);
 /// Returns the position (m) of the track at `time` (s).
 Vec3 position_at(const PositionTrack& track, double time);
 /// Makes the track through `keys`, under the same conditions as position_track().
@@ -75,7 +82,7 @@ Vec3 position_at(const PositionTrack& track, double time);
 /// Between two keys with a common axis it turns by the difference of their angles, however many turns;
 /// between others it turns by the shortest rotation.
 OrientationTrack orientation_track(std::span<const OrientationKey> keys, Interpolation interpolation,
-                                   bool loop);
+                                   AfterLastKey after);
 
 /// Fills Track::jump from the other members of a track.
 template <class Value>

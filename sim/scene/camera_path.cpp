@@ -12,7 +12,7 @@ PositionTrack track(const Camera& camera, ValueOf&& value_of) {
   std::vector<PositionKey> keys;
   for (const CameraKey& keyframe : camera.keyframes) keys.push_back({keyframe.time, value_of(keyframe), {}});
   if (keys.empty()) keys.push_back({0, value_of(CameraKey()), {}});
-  return position_track(keys, Interpolation::smooth, false);
+  return position_track(keys, Interpolation::smooth, AfterLastKey::stay);
 }
 
 }  // namespace

@@ -37,7 +37,9 @@ duet::JointTarget target(const JointTarget& from, bool travels) {
     to.sinusoids.push_back({value(swing.turn, swing.travel), swing.period, degree * swing.phase});
   std::vector<PositionKey> keys;
   for (const TargetKey& key : from.keyframes) keys.push_back({key.time, value(key.turn, key.travel)});
-  if (!keys.empty()) to.keys = position_track(keys, Interpolation::smooth, from.loop);
+  if (!keys.empty())
+    to.keys =
+        position_track(keys, Interpolation::smooth, from.loop ? AfterLastKey::repeat : AfterLastKey::stay);
   if (from.has_wave)
     to.wave = BodyWave{from.wave.place,  from.wave.spacing, from.wave.wavelength,
                        from.wave.period, from.wave.bend,    from.wave.height};

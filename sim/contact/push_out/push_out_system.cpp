@@ -107,17 +107,18 @@ void PushOutSystem::add(const ContactPoint& contact, std::size_t guest, const Ve
 // A point of a deformable body that overlaps one movable body alone is not central: that body opens the
 // overlap.
 void PushOutSystem::factor(const std::vector<int>& rank) {
+  enum class Side { host, guest };
   outers_.clear();
   for (std::size_t r = 0; r < rows_.size(); ++r) {
     const Row& row = rows_[r];
     const int index = static_cast<int>(r);
-    const auto add_body = [&](int slot, bool reversed) {
+    const auto add_body = [&](int slot, Side side) {
       if (slot < 0) return;
       const int place = rank[as_index(body_[as_index(slot)])];
-      if (place >= 0) outers_.push_back({1, place, index, reversed});
+      if (place >= 0) outers_.push_back({1, place, index, side == Side::guest});
     };
-    add_body(row.host, false);
-    add_body(row.guest, true);
+    add_body(row.host, Side::host);
+    add_body(row.guest, Side::guest);
     if (row.point >= 0) outers_.push_back({0, row.point, index, true});
   }
   std::sort(outers_.begin(), outers_.end(), [](const Outer& a, const Outer& b) {

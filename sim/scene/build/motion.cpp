@@ -10,19 +10,27 @@ namespace {
 constexpr double degree = std::numbers::pi / 180;
 constexpr double never = std::numeric_limits<double>::infinity();
 
+AfterLastKey after_last_key(const Motion& motion) {
+  return motion.loop ? AfterLastKey::repeat : AfterLastKey::stay;
+}
+
+// Returns the track of the body's keyframes that have a position; without any, the body stays in its place.
 PositionTrack positions(const RigidBody& body) {
   std::vector<PositionKey> keys;
   for (const Keyframe& keyframe : body.motion.keyframes)
     if (keyframe.position) keys.push_back({keyframe.time, *keyframe.position, keyframe.velocity});
   if (keys.empty()) return {.time = {0}, .value = {body.placement.position}, .increment = {}};
-  return position_track(keys, body.motion.interpolation, body.motion.loop);
+  return position_track(keys, body.motion.interpolation, after_last_key(body.motion));
 }
 
+// Returns whether a keyframe of the body has a rotation.
 bool has_turning_keyframes(const RigidBody& body) {
   const std::vector<Keyframe>& keyframes = body.motion.keyframes;
   return std::any_of(keyframes.begin(), keyframes.end(), [](const Keyframe& k) { return k.has_rotation; });
 }
 
+// Returns the track of the body's keyframes that have a rotation; without any, the body keeps its
+// orientation.
 OrientationTrack orientations(const RigidBody& body) {
   std::vector<OrientationKey> keys;
   for (const Keyframe& keyframe : body.motion.keyframes)
@@ -30,7 +38,7 @@ OrientationTrack orientations(const RigidBody& body) {
       keys.push_back(
           {keyframe.time, keyframe.rotation.axis.normalized(), keyframe.rotation.degrees * degree});
   if (keys.empty()) return {.time = {0}, .value = {body.placement.orientation}, .increment = {}};
-  return orientation_track(keys, body.motion.interpolation, body.motion.loop);
+  return orientation_track(keys, body.motion.interpolation, after_last_key(body.motion));
 }
 
 }  // namespace

@@ -25,17 +25,17 @@ KinematicMotion at_rest() {
 
 // Returns a motion with a position track through the keys.
 KinematicMotion through(const std::vector<PositionKey>& keys, Interpolation interpolation = smooth,
-                        bool loop = false) {
+                        AfterLastKey after = AfterLastKey::stay) {
   KinematicMotion motion = at_rest();
-  motion.position = position_track(keys, interpolation, loop);
+  motion.position = position_track(keys, interpolation, after);
   return motion;
 }
 
 // Returns a motion with an orientation track through the keys.
 KinematicMotion turning(const std::vector<OrientationKey>& keys, Interpolation interpolation = smooth,
-                        bool loop = false) {
+                        AfterLastKey after = AfterLastKey::stay) {
   KinematicMotion motion = at_rest();
-  motion.orientation = orientation_track(keys, interpolation, loop);
+  motion.orientation = orientation_track(keys, interpolation, after);
   return motion;
 }
 
@@ -48,7 +48,7 @@ KinematicMotion everything() {
                                                                      {1, Vec3(1, 2, 2) / 3, 2},
                                                                      {1.4, Vec3(1, 2, 2) / 3, 9},
                                                                      {2.6, Vec3::UnitZ(), -1}},
-                                         smooth, false);
+                                         smooth, AfterLastKey::stay);
   motion.spins = {{Vec3(0, 0.6, 0.8), 3, 0.3, 2.2, 0.4}, {Vec3::UnitX(), -1, -5}};
   motion.sinusoids = {{Vec3(0.2, 0.1, -0.3), Vec3(0.3, 0, 0.4), 1.7, 0.8, -1},
                       {Vec3(0, 0.5, 0), Vec3::Zero(), 0.6, -pi / 2, 0.4, 2.1}};
@@ -226,9 +226,10 @@ TEST(KinematicMotion, KeysWithTwoAxesTakeTheShortestRotation) {
 // A loop repeats with its period, and position, velocity and rate are continuous where it begins again.
 TEST(KinematicMotion, LoopsRepeatWithoutAJolt) {
   KinematicMotion motion =
-      through({{1, Vec3(0, 0, 0)}, {2, Vec3(2, 1, 0)}, {4, Vec3(0, 0, 0)}}, smooth, true);
-  motion.orientation = orientation_track(
-      std::vector<OrientationKey>{{1, Vec3::UnitY(), 0}, {4, Vec3::UnitY(), 2 * pi}}, smooth, true);
+      through({{1, Vec3(0, 0, 0)}, {2, Vec3(2, 1, 0)}, {4, Vec3(0, 0, 0)}}, smooth, AfterLastKey::repeat);
+  motion.orientation =
+      orientation_track(std::vector<OrientationKey>{{1, Vec3::UnitY(), 0}, {4, Vec3::UnitY(), 2 * pi}},
+                        smooth, AfterLastKey::repeat);
   for (double time : {-0.5, 1.3, 3.9}) {
     const MotionState once = motion_at(motion, time), again = motion_at(motion, time + 9);
     EXPECT_LT((once.pose.position - again.pose.position).norm(), 1e-14);
