@@ -183,9 +183,9 @@ Picture difference_picture(const Picture& a, const Picture& b) {
   Picture result{a.width, a.height, std::vector<unsigned char>(a.rgb.size())};
   for (std::size_t i = 0; i < pixel_count(a); ++i) {
     const int difference = pixel_difference(a, b, i);
-    const double grey = dark * luma(a, i);
+    const double gray = dark * luma(a, i);
     const std::array<double, 3> color =
-        difference > 0 ? heat(difference) : std::array<double, 3>{grey, grey, grey};
+        difference > 0 ? heat(difference) : std::array<double, 3>{gray, gray, gray};
     for (std::size_t k = 0; k < 3; ++k) result.rgb[3 * i + k] = static_cast<unsigned char>(color[k]);
   }
   return result;

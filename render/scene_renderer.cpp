@@ -301,8 +301,8 @@ void SceneRenderer::draw_geometry(const std::vector<int>& looks_of_bodies, const
     const scene::Look& look = looks_.looks[static_cast<std::size_t>(place)];
     const Vec2 scale = meshes_.texture_scale(body);
     // Rounds to whole periods of two bands, so that the pattern closes where the texture coordinates do.
-    const auto bands = [&](double metres) {
-      return static_cast<float>(2 * std::max(1.0, std::round(metres / (2 * look.pattern_size))));
+    const auto bands = [&](double meters) {
+      return static_cast<float>(2 * std::max(1.0, std::round(meters / (2 * look.pattern_size))));
     };
     geometry_program_.set("look", place);
     geometry_program_.set("mirror", mirrors_.mirror_of(body));

@@ -49,12 +49,12 @@ std::vector<Key> keys(Sky& sky) {
 
 std::vector<Key> keys(Look& look) {
   return {
-      {"color", &look.color, "linear RGB", between(0, 1), "base colour; linear RGB, not sRGB"},
+      {"color", &look.color, "linear RGB", between(0, 1), "base color; linear RGB, not sRGB"},
       {"metallic", &look.metallic, "", between(0, 1), "0: plastic, stone, wood; 1: bare metal"},
       {"roughness", &look.roughness, "", between(0, 1), "0: a mirror; 1: chalk"},
       {"pattern", choice(look.pattern, {"", "checker", "stripes"}), "", any,
        "\"\" for none; stripes show how a ball spins"},
-      {"color2", &look.color2, "linear RGB", between(0, 1), "second colour of the pattern; linear RGB"},
+      {"color2", &look.color2, "linear RGB", between(0, 1), "second color of the pattern; linear RGB"},
       {"pattern_size", &look.pattern_size, "m", positive, "size of the pattern's cells"},
       {"opacity", &look.opacity, "", between(0, 1),
        "1: solid; less: what is inside and behind shows through, in steps of 1/supersampling^2"},
@@ -83,7 +83,7 @@ std::vector<Key> keys(Render& render) {
       {"color_range", &render.color_range, "Pa", positive,
        "stress or contact pressure at the yellow end; required for these two"},
       {"strain_range", &render.strain_range, "", positive,
-       "largest |stretch - 1| of the elements around a particle that the colours tell apart"},
+       "largest |stretch - 1| of the elements around a particle that the colors tell apart"},
   };
 }
 

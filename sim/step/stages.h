@@ -148,7 +148,8 @@ void begin_spin(World& world, StepContext& context);
 void find_solve_constraints(World& world, StepContext& context);
 /// V.2: evaluates gravity and elastic forces F at x^{n+1/2} = (x^n + x^{n+1})/2.
 void find_middle_forces(World& world, StepContext& context);
-/// V.2: solves V = v-^n + dt/2 M^-1 (F + F_damping(V)) under P, and keeps F + F_damping(V).
+/// V.2: solves V = v-^n + theta dt M^-1 (F + F_damping(V)) under P, where theta is solver.damping_at, and
+/// keeps F + F_damping(V).
 void constrained_solve(World& world, StepContext& context);
 /// V.3: v_**^{n+1} = v-^n + dt M^-1 (F + F_damping(V)) without P; kinematic bodies take v^{n+1}.
 void evaluate_again(World& world, StepContext& context);

@@ -206,7 +206,8 @@ enum class SolveOf {
 ///
 ///     V = v + dt M^-1 (F + F_damping(V))
 ///
-/// where v are the velocities now, and F gravity and the elastic forces. `dt` (s) is half of the step. Sets
+/// where v are the velocities now, and F gravity and the elastic forces. `dt` (s) is the time after which
+/// damping is evaluated: solver.damping_at times the step, or half of the step in implicit ones. Sets
 /// context.solve.solution to V and context.solve.force to F + F_damping(V). Semi-implicitly, F is what
 /// find_explicit_forces() left in context.solve.force. With implicit elasticity, in I.1 alone, F is taken at
 /// x^n + dt V; the solve leaves the particles there, and context.solve.converged says whether it converged.

@@ -18,7 +18,8 @@ namespace duet {
 
 /// The settings of the solver.
 struct StepSettings {
-  /// True if elasticity is implicit in I.1 and V.2, by Newton's method; otherwise it is explicit.
+  /// True if I.1 solves for elasticity by Newton's method, and V takes its forces of the middle; otherwise
+  /// elasticity is explicit.
   bool implicit_elasticity = false;
   int newton_iterations = 20;       ///< largest number of Newton iterations of a solve
   double cfl = 0.9;                 ///< time step as a fraction of the elastic stability limit

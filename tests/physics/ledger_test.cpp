@@ -138,7 +138,7 @@ TEST(Ledger, PressuresGiveNothing) {
 // Interpenetration resolution keeps sum m d and sum x cross m d at zero, with d the displacements and x the
 // positions, within one iteration. From one iteration to the next arms change by d, which leaves a moment of
 // second order.
-TEST(Ledger, PushOutKeepsCentreOfMassAndMoment) {
+TEST(Ledger, PushOutKeepsCenterOfMassAndMoment) {
   scene::Scene scene = crowd();
   scene.solver.push_out_iterations = 1;
   Simulation simulation(scene, test::plan(scene));

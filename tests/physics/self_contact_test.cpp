@@ -45,7 +45,7 @@ TEST(SelfContact, OneSoftBoxStandsOnAnother) {
   // 1/2 m).
   const double gap = 0.1 * (1.0 / 3 + 1.0 / 2) / 2;
   EXPECT_NEAR(after.y(), 1.5 + gap, 0.6 * gap);
-  EXPECT_LT(simulation.stats().kinetic, 0.1) << "of 9800 J a metre";
+  EXPECT_LT(simulation.stats().kinetic, 0.1) << "of 9800 J per meter";
   EXPECT_GT(simulation.stats().self_repulsions, 0);
 }
 

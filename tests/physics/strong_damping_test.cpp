@@ -114,7 +114,7 @@ TEST(StrongDamping, BlowsOnAPadStayWhatTheyAre) {
   double difference = 0;
   for (std::size_t i = 0; i < follows.size(); ++i)
     difference = std::max(difference, std::abs(relies[i] - follows[i]));
-  test::expect_below(difference, 0.001, "height, m, of a ball that falls by half a metre");
+  test::expect_below(difference, 0.001, "height, m, of a ball that falls by half a meter");
 }
 
 }  // namespace

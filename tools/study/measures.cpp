@@ -20,7 +20,7 @@ namespace {
 }
 
 // Returns the place of the measured body among the centers of mass.
-std::size_t centre_index(const Measure& measure, const World& world) {
+std::size_t center_index(const Measure& measure, const World& world) {
   if (const int i = rigid_index(world, measure.body); i >= 0) return static_cast<std::size_t>(i);
   const int i = deformable_index(world, measure.body);
   if (i < 0) unfit(measure, fmt::format("the scene has no body `{}`", measure.body));
@@ -30,8 +30,8 @@ std::size_t centre_index(const Measure& measure, const World& world) {
 // Returns the displacement (m) of the body's center of mass from frame 0 to the end.
 Vec3 displacement(const Measure& measure, const RunResult& result) {
   const World& world = result.simulation->world();
-  const std::size_t i = centre_index(measure, world);
-  return centres_of_mass(world)[i] - result.start[i];
+  const std::size_t i = center_index(measure, world);
+  return centers_of_mass(world)[i] - result.start[i];
 }
 
 // Returns the measured body, which must be a deformable box.
@@ -150,10 +150,10 @@ double deformable_square(const World& a, const World& b, const DeformableBody& b
 
 // Returns the root mean square distance (m) of the centers of mass of all bodies that move, or the distance
 // of the measured body's.
-double centres_difference(const Measure& measure, const World& a, const World& b) {
-  const std::vector<Vec3> x = centres_of_mass(a), y = centres_of_mass(b);
+double centers_difference(const Measure& measure, const World& a, const World& b) {
+  const std::vector<Vec3> x = centers_of_mass(a), y = centers_of_mass(b);
   if (!measure.body.empty()) {
-    const std::size_t i = centre_index(measure, a);
+    const std::size_t i = center_index(measure, a);
     return (x[i] - y[i]).norm();
   }
   double sum = 0;
@@ -239,11 +239,11 @@ double evaluate(const Measure& measure, const RunResult& result, const RunResult
       if (exact.bodies.particles.size() != world.bodies.particles.size() ||
           exact.bodies.rigid.size() != world.bodies.rigid.size())
         return std::numeric_limits<double>::quiet_NaN();
-      if (!measure.body.empty()) centre_index(measure, world);
+      if (!measure.body.empty()) center_index(measure, world);
       return state_difference(world, exact, measure.body);
     }
     case MeasureKind::centers:
-      return centres_difference(measure, world, reference->simulation->world());
+      return centers_difference(measure, world, reference->simulation->world());
     case MeasureKind::penetration:
       return largest(result, [](const auto& frame) { return number(frame, "max_penetration"); });
     case MeasureKind::energy: {

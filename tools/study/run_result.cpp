@@ -54,7 +54,7 @@ RunResult load_result(const Run& run) {
   result.scene = read.scene;
   result.frames = read_stats(run.folder);
   result.simulation = std::make_unique<Simulation>(read.scene, effects);
-  result.start = centres_of_mass(result.simulation->world());
+  result.start = centers_of_mass(result.simulation->world());
   const std::uint64_t identity = tools::run_identity(run.scene, read, effects);
   const io::CheckpointSearch search = io::find_checkpoint({run.folder}, identity);
   if (!search.found || search.found->frame != run.frames)
@@ -64,7 +64,7 @@ RunResult load_result(const Run& run) {
   return result;
 }
 
-std::vector<Vec3> centres_of_mass(const World& world) {
+std::vector<Vec3> centers_of_mass(const World& world) {
   const Bodies& bodies = world.bodies;
   std::vector<Vec3> centers;
   for (const RigidState& state : bodies.rigid.state) centers.push_back(state.pose.position);

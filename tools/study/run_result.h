@@ -30,7 +30,7 @@ struct RunResult {
 RunResult load_result(const Run& run);
 
 // Returns the centers of mass (m): rigid bodies, then deformable ones.
-std::vector<Vec3> centres_of_mass(const World& world);
+std::vector<Vec3> centers_of_mass(const World& world);
 
 // Returns the index of a body among the rigid ones; -1: there is none of this name.
 int rigid_index(const World& world, const std::string& name);

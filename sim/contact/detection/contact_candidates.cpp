@@ -172,7 +172,7 @@ class Finder {
       if (near.feature.is_support() && has_nearest_face(near.feature.index)) return;
       const ContactPlane plane =
           exposed_plane(bodies_, pair.host, pose, near.position, inside,
-                        near.feature.is_support() ? PointKind::deepest : PointKind::fixed);
+                        near.feature.is_support() ? PointKind::support : PointKind::fixed);
       // A support point over a hidden place has an infinite gap, but may come to be over the host within the
       // step.
       const bool is_faced = plane.faces && (near.feature.is_support() || std::isfinite(plane.gap));

@@ -5,7 +5,7 @@
 
 namespace duet {
 
-/// A plane of a shape's surface, as seen from a point of another body. All vectors are in the shape's body
+/// A plane of a shape's surface, as seen from a point of another body. All vectors are in shape
 /// space.
 struct ContactPlane {
   Vec3 normal;     ///< Unit, outward of the shape.

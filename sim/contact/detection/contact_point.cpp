@@ -45,10 +45,9 @@ ShapeSupportPoint in_space_of(const RigidProperties& host, const Pose& host_pose
 // Returns the touch of an edge contact whose plane stays where it was found on the host. Of two edges that
 // cross, neither leads through the plane, so that it stays right while they slide along each other. Only
 // their turning within a step changes it, in the second order.
-Touch touch_at(const EdgePoint& lowest, const Pose& host_pose, const Pose& guest_pose) {
-  const Vec3 normal = host_pose.orientation * lowest.normal, x = guest_pose.to_world(lowest.place);
-  return {x - lowest.radius * normal, normal,
-          normal.dot(x - host_pose.to_world(lowest.foot)) - lowest.radius};
+Touch touch_at(const EdgePoint& edge, const Pose& host_pose, const Pose& guest_pose) {
+  const Vec3 normal = host_pose.orientation * edge.normal, x = guest_pose.to_world(edge.place);
+  return {x - edge.radius * normal, normal, normal.dot(x - host_pose.to_world(edge.foot)) - edge.radius};
 }
 
 bool has_round_side(const LevelSet& shape) {
@@ -58,38 +57,38 @@ bool has_round_side(const LevelSet& shape) {
 // Returns the touch of a place on the axis of a guest with a round side, against the side of a host that has
 // one as well. A plane that stays on a turning host would turn with it. So the nearest places of the two axes
 // are found again, no farther from the place given than the sum of the two radii.
-Touch touch_of_sides(const EdgePoint& lowest, const LevelSet& host, const Pose& host_pose,
+Touch touch_of_sides(const EdgePoint& edge, const LevelSet& host, const Pose& host_pose,
                      const Pose& guest_pose) {
   const Pose in_host = in_space_of(host_pose, guest_pose);
   const auto across = [](const Vec3& v) { return Vec3(v.x(), 0, v.z()); };
-  Vec3 x = in_host.to_world(lowest.place);
+  Vec3 x = in_host.to_world(edge.place);
   const Vec3 along = in_host.orientation * Vec3::UnitY(), along_across = across(along);
-  const double farthest = lowest.radius + host.radius;
+  const double farthest = edge.radius + host.radius;
   if (const double squared = along_across.squaredNorm(); squared > parallel)
     x += std::clamp(-across(x).dot(along_across) / squared, -farthest, farthest) * along;
   const Vec3 out = across(x);
   const double distance = out.norm();
-  const Vec3 normal = distance > 0 ? Vec3(out / distance) : lowest.normal;
-  return {host_pose.to_world(x - lowest.radius * normal), host_pose.orientation * normal,
-          distance - host.radius - lowest.radius};
+  const Vec3 normal = distance > 0 ? Vec3(out / distance) : edge.normal;
+  return {host_pose.to_world(x - edge.radius * normal), host_pose.orientation * normal,
+          distance - host.radius - edge.radius};
 }
 
 // Returns the touch of a place on the axis of a guest with a round side. On a face of the host the plane
 // stays where it was found, also if the place has gone a little beyond the end of the face; around an edge of
 // the host it turns.
-Touch touch_of_side(const EdgePoint& lowest, const LevelSet& host, const Pose& host_pose,
-                    const LevelSet& guest, const Pose& guest_pose) {
-  const Vec3 axis = guest_pose.orientation * Vec3::UnitY(), x = guest_pose.to_world(lowest.place);
+Touch touch_of_side(const EdgePoint& edge, const LevelSet& host, const Pose& host_pose, const LevelSet& guest,
+                    const Pose& guest_pose) {
+  const Vec3 axis = guest_pose.orientation * Vec3::UnitY(), x = guest_pose.to_world(edge.place);
   const auto across = [&](const Vec3& v) { return Vec3(v - v.dot(axis) * axis); };
   const SignedDistance now = host.exact(host_pose.to_body(x));
-  const Vec3 normal = host_pose.orientation * lowest.normal, plane = across(normal),
+  const Vec3 normal = host_pose.orientation * edge.normal, plane = across(normal),
              out = across(now.distance * (host_pose.orientation * now.normal));
   const double distance = out.norm(), length = plane.norm();
   if (now.distance > 0 && distance > 0 && plane.cross(out).norm() > turned * length * distance)
-    return {x - lowest.radius / distance * out, out / distance, distance - lowest.radius};
-  if (guest.kind == LevelSet::Kind::capsule) return touch_at(lowest, host_pose, guest_pose);
-  return {x - lowest.radius / length * plane, normal,
-          normal.dot(x - host_pose.to_world(lowest.foot)) - length * lowest.radius};
+    return {x - edge.radius / distance * out, out / distance, distance - edge.radius};
+  if (guest.kind == LevelSet::Kind::capsule) return touch_at(edge, host_pose, guest_pose);
+  return {x - edge.radius / length * plane, normal,
+          normal.dot(x - host_pose.to_world(edge.foot)) - length * edge.radius};
 }
 
 // Returns the touch of an arc of a guest's ring, at the place that is nearest to the host with these poses.
@@ -110,25 +109,25 @@ Touch touch_of_ball_on_arc(const EdgePoint& arc, const Pose& host_pose, const Le
 }
 
 // Returns the touch of an edge contact of a rigid guest.
-Touch touch_at_edge(const EdgePoint& lowest, const LevelSet& host, const Pose& host_pose,
-                    const LevelSet& guest, const Pose& guest_pose) {
+Touch touch_at_edge(const EdgePoint& edge, const LevelSet& host, const Pose& host_pose, const LevelSet& guest,
+                    const Pose& guest_pose) {
   if (touch_along_ring(guest, host))
-    return guest.kind == LevelSet::Kind::sphere ? touch_of_ball_on_arc(lowest, host_pose, guest, guest_pose)
-                                                : touch_of_arc(lowest, host, host_pose, guest_pose);
-  if (!(lowest.radius > 0 && has_round_side(guest))) return touch_at(lowest, host_pose, guest_pose);
-  if (has_round_side(host) && std::abs(lowest.normal.y()) < side_slope)
-    return touch_of_sides(lowest, host, host_pose, guest_pose);
-  return touch_of_side(lowest, host, host_pose, guest, guest_pose);
+    return guest.kind == LevelSet::Kind::sphere ? touch_of_ball_on_arc(edge, host_pose, guest, guest_pose)
+                                                : touch_of_arc(edge, host, host_pose, guest_pose);
+  if (!(edge.radius > 0 && has_round_side(guest))) return touch_at(edge, host_pose, guest_pose);
+  if (has_round_side(host) && std::abs(edge.normal.y()) < side_slope)
+    return touch_of_sides(edge, host, host_pose, guest_pose);
+  return touch_of_side(edge, host, host_pose, guest, guest_pose);
 }
 
-// Returns the touch of support point k of a guest against the plane of `lowest`, one of several faces of a
+// Returns the touch of support point k of a guest against the plane of `edge`, one of several faces of a
 // mesh.
-Touch touch_of_face(const EdgePoint& lowest, const Pose& host_pose, const LevelSet& guest,
+Touch touch_of_face(const EdgePoint& edge, const Pose& host_pose, const LevelSet& guest,
                     const Pose& guest_pose, int k) {
-  const Vec3 normal = host_pose.orientation * lowest.normal;
-  const ShapeSupportPoint deepest = support_point(guest, k, guest_pose.orientation.conjugate() * normal);
-  const Vec3 x = guest_pose.to_world(deepest.position);
-  return {x, normal, normal.dot(x - host_pose.to_world(lowest.foot))};
+  const Vec3 normal = host_pose.orientation * edge.normal;
+  const ShapeSupportPoint support = support_point(guest, k, guest_pose.orientation.conjugate() * normal);
+  const Vec3 x = guest_pose.to_world(support.position);
+  return {x, normal, normal.dot(x - host_pose.to_world(edge.foot))};
 }
 
 // Returns the touch of a point at `x` (m, host's shape space) against `plane`. Its gap is infinite if it is
@@ -144,8 +143,8 @@ Touch in_world(const Vec3& x, const ContactPlane& plane, const Pose& host_pose) 
 Touch touch_of_continued(const Bodies& bodies, const Vec3& normal, const Vec3& foot, double size, int other,
                          const Pose& guest_pose, const LevelSet& guest, int k) {
   constexpr double near = 1e-3;  // greatest distance of its foot beside the surface, relative to `size`
-  const ShapeSupportPoint deepest = support_point(guest, k, guest_pose.orientation.conjugate() * normal);
-  const Vec3 x = guest_pose.to_world(deepest.position);
+  const ShapeSupportPoint support = support_point(guest, k, guest_pose.orientation.conjugate() * normal);
+  const Vec3 x = guest_pose.to_world(support.position);
   const double gap = normal.dot(x - foot);
   const LevelSet& shape = bodies.rigid.properties[as_index(other)].shape;
   const double beside = shape.distance(shape_pose(bodies.rigid, as_index(other)).to_body(x - gap * normal));
@@ -157,8 +156,8 @@ Touch touch_of_continued(const Bodies& bodies, const Vec3& normal, const Vec3& f
 // point is over the host, or over none of them. `found` is the touch with the host. When a rim has rolled
 // almost onto the host, its point nearest to the host is on the other side of the internal edge from its
 // support point towards the plane, and goes down as the rim rolls on.
-int body_below_deepest(const Bodies& bodies, int host, const Touch& found, const Pose& guest_pose,
-                       const LevelSet& guest, int k) {
+int body_below_support_point(const Bodies& bodies, int host, const Touch& found, const Pose& guest_pose,
+                             const LevelSet& guest, int k) {
   if (bodies.adjoining.first.empty() || !std::isfinite(found.gap)) return -1;
   const auto others = bodies.adjoining.of(host);
   if (others.begin() == others.end()) return -1;
@@ -199,10 +198,10 @@ bool is_of_ball(const RigidProperties& guest, const FeatureId& feature) {
 }  // namespace
 
 Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
-            const Pose& guest_pose, const FeatureId& feature, const EdgePoint& lowest) {
-  if (feature.uses_edge_point()) return touch_at_edge(lowest, host.shape, host_pose, guest.shape, guest_pose);
-  if (feature.is_support() && !lowest.normal.isZero(0))
-    return touch_of_face(lowest, host_pose, guest.shape, guest_pose, feature.index);
+            const Pose& guest_pose, const FeatureId& feature, const EdgePoint& edge) {
+  if (feature.uses_edge_point()) return touch_at_edge(edge, host.shape, host_pose, guest.shape, guest_pose);
+  if (feature.is_support() && !edge.normal.isZero(0))
+    return touch_of_face(edge, host_pose, guest.shape, guest_pose, feature.index);
   const ShapeSupportPoint point = in_space_of(host, host_pose, guest, guest_pose, feature);
   const ContactPlane plane = contact_plane(host.shape, point.position, point.inside);
   return is_of_ball(guest, feature) ? of_ball_in_world(point, plane, host_pose)
@@ -210,23 +209,24 @@ Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidPrope
 }
 
 Touch touch(const Bodies& bodies, int host, const Pose& host_pose, int guest, const Pose& guest_pose,
-            const FeatureId& feature, const EdgePoint& lowest) {
+            const FeatureId& feature, const EdgePoint& edge) {
   const std::vector<RigidProperties>& properties = bodies.rigid.properties;
-  if (feature.uses_edge_point() || (feature.is_support() && !lowest.normal.isZero(0)))
+  if (feature.uses_edge_point() || (feature.is_support() && !edge.normal.isZero(0)))
     return touch(properties[as_index(host)], host_pose, properties[as_index(guest)], guest_pose, feature,
-                 lowest);
+                 edge);
   const ShapeSupportPoint point =
       in_space_of(properties[as_index(host)], host_pose, properties[as_index(guest)], guest_pose, feature);
   const ContactPlane plane = exposed_plane(bodies, host, host_pose, point.position, point.inside,
-                                           feature.is_support() ? PointKind::deepest : PointKind::fixed);
+                                           feature.is_support() ? PointKind::support : PointKind::fixed);
   const bool is_ball = is_of_ball(properties[as_index(guest)], feature);
   const Touch found =
       is_ball ? of_ball_in_world(point, plane, host_pose) : in_world(point.position, plane, host_pose);
   if (!feature.is_support()) return found;
   const LevelSet& shape = properties[as_index(guest)].shape;
-  const int k = feature.index, other = plane.continued_by >= 0
-                                           ? plane.continued_by
-                                           : body_below_deepest(bodies, host, found, guest_pose, shape, k);
+  const int k = feature.index,
+            other = plane.continued_by >= 0
+                        ? plane.continued_by
+                        : body_below_support_point(bodies, host, found, guest_pose, shape, k);
   if (other < 0) return found;
   const double size = properties[as_index(host)].shape.min_size();
   return touch_of_continued(bodies, found.normal, host_pose.to_world(plane.foot), size, other, guest_pose,
@@ -260,9 +260,9 @@ Touch touch_on_face(const Bodies& bodies, const ContactPoint& contact, const Pos
   Vec3 normal = length > 0 ? Vec3(area / length) : outward;
   if (normal.dot(outward) < 0) normal = -normal;
   Vec3 foot = contact.edge.foot;
-  if (contact.plane_frame.deepest >= 0)
-    foot = support_point(bodies.rigid.properties[as_index(contact.host)].shape, contact.plane_frame.deepest,
-                         host_pose.orientation.conjugate() * -normal)
+  if (contact.plane_frame.support_point >= 0)
+    foot = support_point(bodies.rigid.properties[as_index(contact.host)].shape,
+                         contact.plane_frame.support_point, host_pose.orientation.conjugate() * -normal)
                .position;
   foot = host_pose.to_world(foot);
   return {x, normal, normal.dot(x - foot), foot};

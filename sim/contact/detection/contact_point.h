@@ -181,13 +181,13 @@ struct Touch {
 };
 
 /// Returns the touch of the place `feature` of a rigid guest, with the shapes of the bodies at the given
-/// poses, see shape_pose(). `lowest` is ContactPoint::edge.
+/// poses, see shape_pose(). `edge` is ContactPoint::edge.
 Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
-            const Pose& guest_pose, const FeatureId& feature, const EdgePoint& lowest = {});
+            const Pose& guest_pose, const FeatureId& feature, const EdgePoint& edge = {});
 /// Returns the touch of the place `feature` of the rigid body `guest` with the rigid body `host` and the
-/// static bodies that adjoin it, with the shapes of both at the given poses. `lowest` is ContactPoint::edge.
+/// static bodies that adjoin it, with the shapes of both at the given poses. `edge` is ContactPoint::edge.
 Touch touch(const Bodies& bodies, int host, const Pose& host_pose, int guest, const Pose& guest_pose,
-            const FeatureId& feature, const EdgePoint& lowest);
+            const FeatureId& feature, const EdgePoint& edge);
 /// Returns the touch of a contact with a deformable guest, with its point at `x` (m) and the host's shape at
 /// `host_pose`.
 Touch touch(const Bodies& bodies, const ContactPoint& contact, const Pose& host_pose, const Vec3& x);

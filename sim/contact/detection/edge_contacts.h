@@ -38,7 +38,7 @@ struct PlaneFrame {
     edge   ///< A deformable guest's edge: a round host may turn around it.
   };
   Kind kind = Kind::host;  ///< The body or feature that the plane moves with.
-  int deepest = -1;        ///< For `face`: number of the host's support point on it; -1: EdgePoint::foot.
+  int support_point = -1;  ///< For `face`: number of the host's support point on it; -1: EdgePoint::foot.
 };
 
 /// An edge contact, or a contact in a face of a deformable guest, as the searches find it.

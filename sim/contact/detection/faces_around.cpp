@@ -102,10 +102,10 @@ void find_faces_around(const LevelSet& host, const LevelSet& guest, const Pose& 
     host.grid->exact().for_each_face(around, [&](int number, const MeshDistance::Face& face) {
       const Vec3& n = face.normal;
       if (n.isZero(0) || n.dot(plane.normal) > other_plane) return;
-      const ShapeSupportPoint deepest = support_point(guest, k, turn.transpose() * n);
-      const Vec3 x = in_host.to_world(deepest.position);
+      const ShapeSupportPoint support = support_point(guest, k, turn.transpose() * n);
+      const Vec3 x = in_host.to_world(support.position);
       const double gap = n.dot(x - face.corner[0]);
-      const Vec3 inside = in_host.to_world(deepest.inside);
+      const Vec3 inside = in_host.to_world(support.inside);
       if (!(gap < margin) || n.dot(inside - face.corner[0]) <= 0 || !is_opposite(face, x) ||
           ends_at(host, x - gap * n, n, inside - x))
         return;

@@ -264,7 +264,7 @@ ContactPlane exposed_plane(const Bodies& bodies, int host, const Pose& pose, con
   const Vec3 normal = pose.orientation * plane.normal, position = pose.to_world(x);
   const std::optional<HiddenFoot> hidden = hidden_foot(bodies, host, pose.to_world(plane.foot), normal);
   if (!hidden) return plane;
-  if (kind == PointKind::deepest && !hidden->others_normal.isZero(0)) {
+  if (kind == PointKind::support && !hidden->others_normal.isZero(0)) {
     plane.normal = pose.orientation.conjugate() * hidden->others_normal;
     plane.gap = std::numeric_limits<double>::infinity();
     plane.continued_by = hidden->body;

@@ -61,7 +61,7 @@ double united_distance(const Bodies& bodies, int body, const Pose& pose, const V
 
 /// Says how a guest's point depends on its host.
 enum class PointKind {
-  deepest,  ///< A support point towards this host. Each body that adjoins the host has one of its own.
+  support,  ///< A support point towards this host. Each body that adjoins the host has one of its own.
   fixed     ///< A point that stays where it is on the guest, whatever it touches.
 };
 

@@ -84,13 +84,13 @@ class Lines {
       touch.gap = face.normal.dot(touch.position - face.foot);
       return true;
     }
-    const ShapeSupportPoint deepest = support_point(guest_, k, in_host_, host_);
+    const ShapeSupportPoint support = support_point(guest_, k, in_host_, host_);
     const ContactPlane plane =
-        exposed_plane(bodies_, pair_.host, shape_pose(bodies_.rigid, as_index(pair_.host)), deepest.position,
-                      deepest.inside, PointKind::deepest);
+        exposed_plane(bodies_, pair_.host, shape_pose(bodies_.rigid, as_index(pair_.host)), support.position,
+                      support.inside, PointKind::support);
     const bool is_same =
         plane.faces && std::isfinite(plane.gap) && (plane.normal - touch.normal).norm() <= flatness;
-    touch.position = deepest.position;
+    touch.position = support.position;
     touch.gap = plane.gap;
     return is_same;
   }

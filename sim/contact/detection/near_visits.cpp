@@ -14,7 +14,7 @@ constexpr std::size_t points_at_once = 32;  // surface points in a block with a 
 // Returns whether an edge contact on the side of a cylindrical host is left to the host's axis. Edges touch
 // the side where the axis is nearest to their body, and that contact goes along as the cylinder rolls. The
 // sides of two cylinders touch the same way, where one of the two axes is enough.
-bool is_told_by_axis(const EdgeContact& near, const LevelSet& host, const LevelSet& guest,
+bool is_left_to_axis(const EdgeContact& near, const LevelSet& host, const LevelSet& guest,
                      PairDirection direction) {
   constexpr double on_side = 1e-3;  // greatest component of a side's normal along the axis
   return host.kind == LevelSet::Kind::cylinder && std::abs(near.edge.normal.y()) < on_side &&
@@ -54,7 +54,7 @@ void find_feature_edges(const Bodies& bodies, const BodyPair& pair, PairDirectio
                            ? EdgesOnFaces::are_found
                            : EdgesOnFaces::are_left_out);
   const auto counts = [&](const EdgeContact& near) {
-    return !is_told_by_axis(near, host.shape, guest.shape, direction) &&
+    return !is_left_to_axis(near, host.shape, guest.shape, direction) &&
            !is_at_internal_edge(bodies, pair.host, pose.to_world(near.edge.foot), near.precision);
   };
   found.erase(std::remove_if(found.begin() + first, found.end(), std::not_fn(counts)), found.end());

@@ -22,8 +22,8 @@ inline BodyPair reversed(const BodyPair& pair) { return {pair.guest_rigid, pair.
 Pose in_host_of(const RigidBodies& rigid, const BodyPair& pair);
 
 /// Appends the edge contacts of the pair's rigid guest with its host whose distance is less than `margin`
-/// (m). `direction` is that of the pair. Places at internal edges, and places on the side of a cylinder that
-/// its axis tells of, are left out.
+/// (m). `direction` is that of the pair. Places at internal edges, and places on the side of a cylinder where
+/// contacts of its axis act, are left out.
 void find_feature_edges(const Bodies& bodies, const BodyPair& pair, PairDirection direction, double margin,
                         std::vector<EdgeContact>& found);
 
@@ -85,14 +85,14 @@ void visit_near(const RigidBodies& rigid, const BodyPair& pair, double margin, V
   const Vec3 offset = host.to_shape * (pose.position - host.center);
   const Pose in_host = in_host_of(rigid, pair);
   const bool are_left_out =
-      is_told_by_ball(host.shape, guest.shape) || is_told_by_ring(guest.shape, in_host, host.shape);
+      is_left_to_ball(host.shape, guest.shape) || is_left_to_ring(guest.shape, in_host, host.shape);
   const int support_points = are_left_out ? 0 : support_point_count(guest.shape);
   for (int k = 0; k < support_points; ++k) {
-    const ShapeSupportPoint deepest = support_point(guest.shape, k, in_host, host.shape);
-    const double gap = host.shape.distance(deepest.position);
+    const ShapeSupportPoint support = support_point(guest.shape, k, in_host, host.shape);
+    const double gap = host.shape.distance(support.position);
     if (gap < margin)
-      visit(NearPoint{.feature = FeatureId::support(k), .position = deepest.position, .gap = gap},
-            deepest.inside);
+      visit(NearPoint{.feature = FeatureId::support(k), .position = support.position, .gap = gap},
+            support.inside);
   }
   if (ignores_samples(host.shape, guest.shape)) return;
   const bool rolls = rolls_over_samples(host.shape);

@@ -229,7 +229,7 @@ bool is_in_middle(const Vec3& center, const LevelSet& torus) {
          difference * torus.tube;
 }
 
-bool is_told_by_ring(const LevelSet& guest, const Pose& pose, const LevelSet& host) {
+bool is_left_to_ring(const LevelSet& guest, const Pose& pose, const LevelSet& host) {
   if (!touch_along_ring(guest, host)) return false;
   return guest.kind != LevelSet::Kind::sphere || is_in_middle(pose.position, host);
 }

@@ -34,7 +34,7 @@ bool is_guest_of_ring(const LevelSet& guest, const LevelSet& host, PairDirection
 bool is_in_middle(const Vec3& center, const LevelSet& torus);
 /// Returns whether a ball, a capsule or a torus as guest leaves the contact with `host` to ring contacts,
 /// with the guest at `pose` in the host's shape space.
-bool is_told_by_ring(const LevelSet& guest, const Pose& pose, const LevelSet& host);
+bool is_left_to_ring(const LevelSet& guest, const Pose& pose, const LevelSet& host);
 /// Returns whether a contact is a ring contact. Its place and plane follow the bodies, see place_on_arc().
 bool is_ring_contact(const Bodies& bodies, const ContactPoint& contact);
 

@@ -26,41 +26,41 @@ class SampleCulling {
   bool carry_for(const ContactPoint& contact, const Touch& predicted) {
     if (!contact.is_rigid_pair()) return false;
     if (contact.feature.is_support()) {
-      if (count_ < deepest_.size()) deepest_[count_++] = {contact.host, predicted};
+      if (count_ < supports_.size()) supports_[count_++] = {contact.host, predicted};
       return false;
     }
     for (std::size_t i = 0; i < count_; ++i)
-      if (deepest_[i].host == contact.host &&
-          carries(deepest_[i].touch, contact.is_on_edge(), predicted, contact.guest_arm.norm()))
+      if (supports_[i].host == contact.host &&
+          carries(supports_[i].touch, contact.is_on_edge(), predicted, contact.guest_arm.norm()))
         return true;
     return false;
   }
 
  private:
   // A support point that was recorded, and the host that it touches.
-  struct Deepest {
+  struct Support {
     int host;
     Touch touch;
   };
 
-  // Returns whether a support point with the touch `deepest` acts for an edge contact or a sample with the
+  // Returns whether a support point with the touch `support` acts for an edge contact or a sample with the
   // touch `sample`. `size` (m) is the distance of the latter from its body's center of mass.
-  static bool carries(const Touch& deepest, bool is_on_edge, const Touch& sample, double size) {
+  static bool carries(const Touch& support, bool is_on_edge, const Touch& sample, double size) {
     // Greatest slope from the support point up to samples that act. Larger values let samples act that a
     // wheel rolls over; smaller ones drop samples of a coin that lies not quite flat.
     constexpr double flat = 0.02;
     constexpr double near = 0.1;        // of `size`: the support point acts for all samples nearer than this
     constexpr double same_side = 0.98;  // cosine of the angle between normals of contacts on one side
-    const double distance = (sample.position - deepest.position).norm();
-    if (deepest.normal.dot(sample.normal) <= same_side) return false;
-    const bool is_hidden = !std::isfinite(deepest.gap);  // an adjoining body has it, see exposed_plane()
-    if (is_on_edge) return distance < near * size && (is_hidden || deepest.gap <= sample.gap);
+    const double distance = (sample.position - support.position).norm();
+    if (support.normal.dot(sample.normal) <= same_side) return false;
+    const bool is_hidden = !std::isfinite(support.gap);  // an adjoining body has it, see exposed_plane()
+    if (is_on_edge) return distance < near * size && (is_hidden || support.gap <= sample.gap);
     const double above =
-        is_hidden ? sample.normal.dot(sample.position - deepest.position) : sample.gap - deepest.gap;
+        is_hidden ? sample.normal.dot(sample.position - support.position) : sample.gap - support.gap;
     return distance < near * size || above > flat * distance;
   }
 
-  std::array<Deepest, 32> deepest_;
+  std::array<Support, 32> supports_;
   std::size_t count_ = 0;
 };
 

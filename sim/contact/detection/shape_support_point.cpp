@@ -44,7 +44,7 @@ double way_in_from_rim(const LevelSet& shape) { return shape.min_size() / 4 * st
 // Returns the direction (unit, host's shape space) from the center of a ring to its support point, for the
 // host's normal `n` at the ring. The ring lies in the plane of the shape's axes x and z. If the normal is at
 // right angles to that plane, all directions are equal and the result is the x axis.
-Vec3 deepest_direction(const Vec3& n, const Quat& orientation) {
+Vec3 support_direction(const Vec3& n, const Quat& orientation) {
   const Vec3 local = orientation.conjugate() * n;
   const double length = math::hypot(local.x(), local.z());
   constexpr double at_right_angles = 1e-9;  // sine of the angle that counts as zero: rounding of orientations
@@ -85,7 +85,7 @@ ShapeSupportPoint of_torus(const LevelSet& shape, const Pose& pose, const LevelS
   Vec3 center = pose.position;
   NearestIterate nearest(host);
   for (int i = 0; i < steps; ++i) {
-    center = pose.position + shape.radius * deepest_direction(host.normal(center), pose.orientation);
+    center = pose.position + shape.radius * support_direction(host.normal(center), pose.orientation);
     if (!nearest.take(center, {center, center})) break;
   }
   return of_ball(nearest.point().inside, shape.tube, host);
@@ -110,7 +110,7 @@ ShapeSupportPoint of_circle(const LevelSet& shape, int k, const Pose& pose, cons
   ShapeSupportPoint point{center, center};
   NearestIterate nearest(host);
   for (int i = 0; i < steps; ++i) {
-    const Vec3 direction = deepest_direction(host.normal(point.inside), pose.orientation);
+    const Vec3 direction = support_direction(host.normal(point.inside), pose.orientation);
     point.position = center + shape.radius * direction;
     point.inside = point.position - way * (direction + side_of(k) * axis);
     if (!nearest.take(point.position, point)) break;
@@ -127,7 +127,7 @@ bool ignores_samples(const LevelSet& host, const LevelSet& guest) {
          (host.kind == LevelSet::Kind::sphere && guest.kind != LevelSet::Kind::grid);
 }
 
-bool is_told_by_ball(const LevelSet& host, const LevelSet& guest) {
+bool is_left_to_ball(const LevelSet& host, const LevelSet& guest) {
   return host.kind == LevelSet::Kind::sphere && guest.kind != LevelSet::Kind::sphere &&
          support_point_count(guest) > 0;
 }
@@ -174,11 +174,11 @@ ShapeSupportPoint support_point(const LevelSet& shape, int k, const Pose& pose, 
 ShapeSupportPoint support_point(const LevelSet& shape, int k, const Vec3& n) {
   switch (shape.kind) {
     case LevelSet::Kind::torus:
-      return of_ball(shape.radius * deepest_direction(n, Quat::Identity()), shape.tube, n);
+      return of_ball(shape.radius * support_direction(n, Quat::Identity()), shape.tube, n);
     case LevelSet::Kind::capsule:
       return of_ball(Vec3(0, place_along(k) * shape.half_length, 0), shape.radius, n);
     case LevelSet::Kind::cylinder: {
-      const Vec3 axis = Vec3::UnitY(), direction = deepest_direction(n, Quat::Identity());
+      const Vec3 axis = Vec3::UnitY(), direction = support_direction(n, Quat::Identity());
       const Vec3 position = place_along(k) * shape.half_length * axis + shape.radius * direction;
       return {position, position - way_in_from_rim(shape) * (direction + side_of(k) * axis)};
     }

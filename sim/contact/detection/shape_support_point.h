@@ -40,7 +40,7 @@ bool ignores_samples(const LevelSet& host, const LevelSet& guest);
 /// Returns whether the support points of the guest are left to the ball that it meets: the pair in which the
 /// ball is the guest has the exact nearest point, since the distance of the ball's center from a round shape
 /// is exact. A second point beside it would give the ball a spin.
-bool is_told_by_ball(const LevelSet& host, const LevelSet& guest);
+bool is_left_to_ball(const LevelSet& host, const LevelSet& guest);
 /// Returns whether the surface of a cylinder nearest to `x` (m, shape space) is its side, which touches as a
 /// capsule does. Returns false for all other shapes.
 bool is_beside_side(const LevelSet& host, const Vec3& x);

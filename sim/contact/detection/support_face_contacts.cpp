@@ -26,7 +26,7 @@ bool is_rim(const LevelSet& shape) { return shape.kind == LevelSet::Kind::cylind
 
 // Returns whether support point k of a shape can touch a plane with the unit normal `n` (its shape
 // space). Only the lower one of the two caps of a capsule can, or both if they are equally low.
-bool has_deepest_point(const LevelSet& shape, int k, const Vec3& n) {
+bool has_support_point(const LevelSet& shape, int k, const Vec3& n) {
   const double side = k == 0 ? 1 : -1;
   return shape.kind != LevelSet::Kind::capsule || side * n.y() <= beside_face;
 }
@@ -59,7 +59,7 @@ class SupportFaceSearch {
   // Appends the contact of support point k with the side of the face that has the normal `outward`, if they
   // touch.
   void look_at_side(const NearFace& face, const Vec3& outward, int k, int number) {
-    if (!has_deepest_point(shape_, k, outward)) return;
+    if (!has_support_point(shape_, k, outward)) return;
     const ShapeSupportPoint point = support_point(shape_, k, outward);
     const Vec3& x = point.position;
     const double height = outward.dot(x - face.x[0]);
@@ -70,21 +70,21 @@ class SupportFaceSearch {
     const Vec3 inward = (point.inside - x).normalized();
     if (!(outward.dot(inward) > min_facing)) return;
     EdgeContact near;
-    EdgePoint& lowest = near.edge;
-    lowest.place = place;
-    lowest.foot = x;
+    EdgePoint& edge = near.edge;
+    edge.place = place;
+    edge.foot = x;
     // A rim touches as a corner does. The plane is that of the cap, and stays on the host, for a cylinder
     // that stands on the face. For one that rolls it is the face's, and moves with the face.
     VertexNormal normal{-outward, false};
     if (is_rim(shape_)) normal = normal_at_vertex(shape_, x, inward, -outward);
     const bool stands = normal.is_hosts_own && std::abs(normal.normal.y()) > cap;
-    lowest.normal = stands || !normal.is_hosts_own ? normal.normal : Vec3(-outward);
+    edge.normal = stands || !normal.is_hosts_own ? normal.normal : Vec3(-outward);
     if (!stands) near.plane_frame.kind = PlaneFrame::Kind::face;
-    lowest.weight = {weight[0], weight[1], weight[2]};
-    lowest.face = face.number;
-    near.plane_frame.deepest = k;
+    edge.weight = {weight[0], weight[1], weight[2]};
+    edge.face = face.number;
+    near.plane_frame.support_point = k;
     near.feature = {FeatureId::Kind::in_face, number};
-    near.distance = lowest.normal.dot(place - x);
+    near.distance = edge.normal.dot(place - x);
     if (!is_found(near, face.size) &&
         !is_at_internal_edge(bodies_, host_, shape_pose(bodies_.rigid, as_index(host_)).to_world(x), 0))
       found_.push_back(near);

@@ -101,19 +101,19 @@ class VertexFaceSearch {
     if (!(height < margin_ && height >= -max_below(guest_, nearest.size))) return std::nullopt;
     if (!(outward.dot(inward) > min_facing)) return std::nullopt;
     EdgeContact found;
-    EdgePoint& lowest = found.edge;
-    lowest.place = corner - nearest.way;
-    lowest.foot = corner;
+    EdgePoint& edge = found.edge;
+    edge.place = corner - nearest.way;
+    edge.foot = corner;
     const VertexNormal at_corner = normal_at_vertex(properties_.shape, corner, inward, -outward);
-    lowest.normal = at_corner.normal;
-    lowest.weight = {nearest.weight[0], nearest.weight[1], nearest.weight[2]};
-    lowest.face = nearest.face;
+    edge.normal = at_corner.normal;
+    edge.weight = {nearest.weight[0], nearest.weight[1], nearest.weight[2]};
+    edge.face = nearest.face;
     // Over a face the plane moves with the face. A corner beside the rim of the boundary is above no face
     // that it could slide over, so that its plane stays on the host.
     const bool is_above = (nearest.way - height * outward).norm() <= at_face * nearest.size;
     if (is_above && !at_corner.is_hosts_own) found.plane_frame.kind = PlaneFrame::Kind::face;
     found.feature = {FeatureId::Kind::in_face, nearest.corner};
-    found.distance = lowest.normal.dot(lowest.place - lowest.foot);
+    found.distance = edge.normal.dot(edge.place - edge.foot);
     return found;
   }
 

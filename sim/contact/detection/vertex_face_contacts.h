@@ -10,7 +10,7 @@
 
 namespace duet {
 
-/// The result so far of a search at one corner or convex vertex of a host. Vectors are in the host's body
+/// The result so far of a search at one corner or convex vertex of a host. Vectors are in the host's shape
 /// space.
 struct VertexSearch {
   int corner = -1;  ///< Number of the corner or convex vertex, as in FeatureEdges::corner_tree.

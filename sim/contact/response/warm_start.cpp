@@ -77,13 +77,13 @@ bool will_collide(const Bodies& bodies, const ContactPoint& contact, const Vec3&
   return approach > 2 * (forces.rigid[h] - forces.rigid[g]).norm();
 }
 
-// Returns the target of a contact, m/s, by the rules of find_speculative_targets(). `deepest` collects the
+// Returns the target of a contact, m/s, by the rules of find_speculative_targets(). `culling` collects the
 // contacts of the pair.
 double target_of(const Bodies& bodies, const std::vector<Pose>& predicted_poses, double dt,
                  PredictionFor stage, const VelocityState* forces, const ContactPoint& contact,
-                 SampleCulling& deepest) {
+                 SampleCulling& culling) {
   if (contact.meets_ahead)
-    return deepest.carry_for(contact, touch_ahead(bodies, contact, dt, Vec3::Zero())) ||
+    return culling.carry_for(contact, touch_ahead(bodies, contact, dt, Vec3::Zero())) ||
                    (forces && will_collide(bodies, contact, relative_velocity(bodies, contact), *forces))
                ? out_of_reach
                : -contact.gap / dt;
@@ -94,7 +94,7 @@ double target_of(const Bodies& bodies, const std::vector<Pose>& predicted_poses,
   // Where the next step leads beyond the host, onto a body that adjoins it, the touch there says nothing
   // about which points carry the load now.
   const bool is_left = stays && std::isinf(predicted.gap);
-  if (deepest.carry_for(contact, is_left ? touch_ahead(bodies, contact, dt, Vec3::Zero()) : predicted))
+  if (culling.carry_for(contact, is_left ? touch_ahead(bodies, contact, dt, Vec3::Zero()) : predicted))
     return out_of_reach;
   if (forces && will_collide(bodies, contact, velocity, *forces)) return out_of_reach;
   const double target = target_velocity(contact, expected, predicted, dt);
@@ -211,10 +211,10 @@ void find_speculative_targets(double dt, OrientationUpdate orientation, const Co
   parallel_for(graph.pairs.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const ContactPair& pair = contacts.pairs[as_index(graph.pairs[k])];
-      SampleCulling deepest;
+      SampleCulling culling;
       for (int i = pair.begin; i < pair.end; ++i)
         contacts.points[as_index(i)].target =
-            target_of(bodies, contacts.predicted, dt, stage, forces, contacts.points[as_index(i)], deepest);
+            target_of(bodies, contacts.predicted, dt, stage, forces, contacts.points[as_index(i)], culling);
     }
   });
 }

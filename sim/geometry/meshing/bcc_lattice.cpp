@@ -113,8 +113,8 @@ class Octree {
                                              leaves_[as_index(level)].end());
       for (const std::uint64_t key : finer)
         for (int d = 0; d < 27; ++d) {
-          const Vec3i neighbour = point_of(key) + Vec3i(d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1);
-          if (neighbour.minCoeff() >= 0) split_down_to(level + 1, {level, neighbour});
+          const Vec3i neighbor = point_of(key) + Vec3i(d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1);
+          if (neighbor.minCoeff() >= 0) split_down_to(level + 1, {level, neighbor});
         }
     }
   }
@@ -176,14 +176,14 @@ class LatticeBuilder {
   // Adds the tets at one face of a leaf, if the neighbor there is a leaf of its size or of the next coarser
   // level.
   void join(const OctreeCell& leaf, int axis, int side) {
-    OctreeCell neighbour = leaf;
-    neighbour.place[axis] += side;
-    if (neighbour.place.minCoeff() < 0) return;
-    if (octree_.is_leaf(neighbour)) {
-      if (side > 0) join_equals(leaf, neighbour, axis);  // each pair once
+    OctreeCell neighbor = leaf;
+    neighbor.place[axis] += side;
+    if (neighbor.place.minCoeff() < 0) return;
+    if (octree_.is_leaf(neighbor)) {
+      if (side > 0) join_equals(leaf, neighbor, axis);  // each pair once
       return;
     }
-    const OctreeCell coarse{leaf.level + 1, neighbour.place / 2};
+    const OctreeCell coarse{leaf.level + 1, neighbor.place / 2};
     if (coarse.level < levels && octree_.is_leaf(coarse)) join_to_coarse(leaf, coarse, axis, side);
   }
 

@@ -70,7 +70,7 @@ void write_solver(std::string& out, std::size_t width) {
 
 std::string reference() {
   std::string out =
-      "Keys of a scene file (TOML). SI units, y up. Where a number is expected, an integer will do; colours "
+      "Keys of a scene file (TOML). SI units, y up. Where a number is expected, an integer will do; colors "
       "are linear\n"
       "RGB. `--set key=value` sets any of them: solver.cfl=0.5, rigid.NAME.velocity=[0,0,-9], "
       "looks.NAME.color=[1,0,0].\n"

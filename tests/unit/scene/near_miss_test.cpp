@@ -10,7 +10,7 @@ TEST(NearMiss, EditDistance) {
   EXPECT_EQ(edit_distance("", "abc"), 3);
   EXPECT_EQ(edit_distance("abc", ""), 3);
   EXPECT_EQ(edit_distance("kitten", "sitting"), 3);
-  EXPECT_EQ(edit_distance("friction", "firction"), 1) << "a swap of neighbours is one slip";
+  EXPECT_EQ(edit_distance("friction", "firction"), 1) << "a swap of neighbors is one slip";
   EXPECT_EQ(edit_distance("Mass", "mass"), 0) << "case does not count";
 }
 

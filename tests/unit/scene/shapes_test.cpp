@@ -69,7 +69,7 @@ density = 100
   EXPECT_NEAR(rigid.properties[0].mass, 175, 1e-4);  // The file holds floats.
   const double along = (1 * 1 + 0.75 * 0.25) / 1.75, across = (1 * 0.25 + 0.75 * 1.25) / 1.75;
   EXPECT_LT((rigid.state[0].pose.position - (Vec3(10, 20, 30) + Vec3(-across, along, 0.5))).norm(), 1e-5);
-  EXPECT_EQ(rigid.state[0].velocity, Vec3(1, 0, 0)) << "of the centre of mass";
+  EXPECT_EQ(rigid.state[0].velocity, Vec3(1, 0, 0)) << "of the center of mass";
   EXPECT_LT((rigid.state[0].angular_velocity - Vec3(0, 0, 3)).norm(), 1e-12);
   // Exported level sets have the same placement.
   const BodyLevelSet exported = simulation.level_sets()[0];

@@ -314,7 +314,7 @@ std::set<PointName> points_inside_after(const Bodies& bodies, double dt) {
       if (g == h || (!host.is_dynamic() && !guest.is_dynamic())) continue;
       const int samples = static_cast<int>(guest.samples.size());
       for (int i = -support_point_count(guest.shape); i < samples; ++i) {
-        if (i < 0 && (is_told_by_ball(host.shape, guest.shape) || touch_along_ring(host.shape, guest.shape)))
+        if (i < 0 && (is_left_to_ball(host.shape, guest.shape) || touch_along_ring(host.shape, guest.shape)))
           continue;
         if (i >= 0 && (ignores_samples(host.shape, guest.shape) ||
                        (rolls_over_samples(host.shape) && guest.on_flat[static_cast<std::size_t>(i)] != 0)))

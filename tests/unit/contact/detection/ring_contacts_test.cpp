@@ -105,8 +105,8 @@ TEST(RingContacts, StayWhereRingsCrossAtASmallAngle) {
 TEST(RingContacts, OfBallsAreThoseNearTheAxis) {
   const LevelSet torus = LevelSet::torus(0.15, 0.04), ball = LevelSet::sphere(0.2);
   for (const double height : {-0.19, 0.0, 0.19}) {
-    EXPECT_TRUE(is_told_by_ring(ball, {Vec3(0.001, height, 0), Quat::Identity()}, torus));
-    EXPECT_FALSE(is_told_by_ring(ball, {Vec3(0, height, 0.01), Quat::Identity()}, torus));
+    EXPECT_TRUE(is_left_to_ring(ball, {Vec3(0.001, height, 0), Quat::Identity()}, torus));
+    EXPECT_FALSE(is_left_to_ring(ball, {Vec3(0, height, 0.01), Quat::Identity()}, torus));
   }
 }
 

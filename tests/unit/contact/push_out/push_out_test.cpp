@@ -24,7 +24,7 @@ constexpr double overlap = 0.1;  // m: 5 % of the diameter of a ball
 double deepest(const ContactScene& scene) { return max_penetration(scene.bodies, {}); }
 
 // Returns the center of mass of all particles and rigid bodies, m.
-Vec3 centre_of_mass(const Bodies& bodies) {
+Vec3 center_of_mass(const Bodies& bodies) {
   Vec3 sum = Vec3::Zero();
   double mass = 0;
   for (std::size_t p = 0; p < bodies.particles.size(); ++p) {
@@ -82,10 +82,10 @@ TEST(Interpenetration, MessengerRowsNeedTenTimesFewerSweeps) {
     SCOPED_TRACE(light);
     ContactScene balls(row(light), 0.01);
     ContactScene pairs(row(light), 0.01);
-    const Vec3 before = centre_of_mass(balls.bodies);
+    const Vec3 before = center_of_mass(balls.bodies);
     const int sweeps = push_out_once(balls, light > 3 ? 20 : 10);
     expect_below(deepest(balls), overlap_tolerance, "overlap left, m");
-    EXPECT_LT((centre_of_mass(balls.bodies) - before).norm(), 1e-13);
+    EXPECT_LT((center_of_mass(balls.bodies) - before).norm(), 1e-13);
     const std::string name = std::to_string(light) + " light balls: ";
     expect_below(sweeps, light == 1 ? 1.5 : light == 3 ? 10.5 : 20.5, name + "sweeps");
     expect_above(pairwise_sweeps(pairs, 100 * sweeps), 10 * sweeps, name + "sweeps over pairs");
@@ -100,10 +100,10 @@ TEST(Interpenetration, AParticleBetweenHeavyBodiesIsCentralToo) {
   for (const double side : {-1., 1.})  // they meet the upper right corner in the middle between them
     test::add_ball(scene, side < 0 ? "left" : "right", Vec3(0.5 + 0.98 * side, 0.5, 0.5), 1, 1000);
   ContactScene plates(scene, 0.01);
-  const Vec3 before = centre_of_mass(plates.bodies);
+  const Vec3 before = center_of_mass(plates.bodies);
   const int sweeps = push_out_once(plates);
   expect_below(sweeps, 10.5, "sweeps");
-  EXPECT_LT((centre_of_mass(plates.bodies) - before).norm(), 1e-14);
+  EXPECT_LT((center_of_mass(plates.bodies) - before).norm(), 1e-14);
   // The particle stays, because its mass is a thousandth of that of the balls, and the balls have separated
   // to leave room for it.
   const double between = plates.state(1).pose.position.x() - plates.state(0).pose.position.x();
