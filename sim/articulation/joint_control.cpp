@@ -55,10 +55,10 @@ ControlRates stopped_at(const Bounds& bounds, double now, ControlRates rates, co
   return rates;
 }
 
-// Returns the rates of a universal joint of whose two angles only one is controlled: that about the parent's
-// x
-// (`axis` 0) or the child's y (1). The angle has its target's component as target, whatever the free angle
-// is. The two axes are at right angles, so that the rate of an angle is the rate along its axis.
+// Returns the rates of a universal joint of whose two angles only one is controlled: that about the x axis of
+// the parent (`axis` 0), or that about the y axis of the child (1). The angle has its target's component as
+// target, whatever the free angle is. The two axes are at right angles, so that the rate of an angle is the
+// rate along its axis.
 ControlRates rates_of_one_angle(const Joint& joint, const Quat& now, const Vec3& target, const Vec3& next,
                                 const Vec3& rate, int axis, double dt) {
   // The relative rotation is R = R_x(a) R_y(b). Its columns are the child's axes.

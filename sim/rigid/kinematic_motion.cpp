@@ -164,6 +164,7 @@ std::vector<EndRates> end_rates(const std::vector<double>& time, const std::vect
 Vec3 rotation_between(const OrientationKey& from, const OrientationKey& to) {
   const Vec3& axis = to.angle == 0 ? from.axis : to.axis;  // a key without a rotation may have any axis
   const double along = from.angle == 0 ? 1 : from.axis.dot(axis);
+  // Axes that differ by less than 1.4e-6 rad are one axis but for the rounding of decimal numbers.
   if (std::abs(along) > 1 - 1e-12) return (to.angle - std::copysign(from.angle, from.angle * along)) * axis;
   return logarithm(exponential(to.angle * to.axis) * exponential(from.angle * from.axis).conjugate());
 }
@@ -173,6 +174,7 @@ Vec3 rotation_between(const OrientationKey& from, const OrientationKey& to) {
 Vec3 logarithm_near(const Quat& q, const Vec3& guess) {
   const Vec3 shortest = logarithm(q);
   const double angle = shortest.norm();
+  // Below 1e-9 rad the direction of the rotation vector is rounding.
   const Vec3 axis = angle > 1e-9 ? Vec3(shortest / angle) : Vec3(guess.normalized());
   return shortest + two_pi * std::round((guess.dot(axis) - angle) / two_pi) * axis;
 }

@@ -152,6 +152,7 @@ struct Simulation::Impl {
       double rule = 0;
       world().clock.time(Stage::time_step_choice, [&] { rule = choose_time_step(world(), time); });
       const double next = jump_or(end, time);
+      // 1e-9 keeps rounding from adding a step where a whole number of steps fits.
       const double steps = std::max(1.0, std::ceil((next - time) / (share * rule) - 1e-9));
       const double dt = (next - time) / steps;
       if (const double all = (end - time) / (share * rule); takes_too_many(all)) refuse_frame(time, dt, all);

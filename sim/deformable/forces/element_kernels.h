@@ -75,6 +75,7 @@ vector8 spin_of_columns(const std::array<vector8, columns>& f, const std::array<
   const vector8 b{a.y, xx * zz - xz * xz, xy * xz - xx * yz};
   const vector8 c{a.z, b.z, xx * yy - xy * xy};
   const double8 determinant = xx * a.x + xy * a.y + xz * a.z, size = xx + yy + zz;
+  // Points on a line have a determinant of zero but for rounding, 1e-16 of the cube of the trace.
   const mask8 is_regular = determinant > 1e-12 * size * size * size;
   const double8 inverse =
       select(is_regular, 1.0 / select(is_regular, determinant, double8{} + 1.0), double8{});

@@ -136,6 +136,7 @@ PrincipalStretches<T> principal_stretches(const Matrix3<T>& F) {
   const Matrix3<T> B = F * p.V;
   const Column<T> b0 = detail::column(B, 0), b1 = detail::column(B, 1);
   const Column<T> axis{{T{} + 1.0, T{}, T{}}};
+  // An element that is compressed to nothing has no direction: a column shorter than 1e-150 gets `axis`.
   const Column<T> u0 = detail::normalized(b0, T{} + 1e-150, axis);
   const T along = detail::dot(u0, b1);
   const Column<T> rest{{b1.x[0] - along * u0.x[0], b1.x[1] - along * u0.x[1], b1.x[2] - along * u0.x[2]}};

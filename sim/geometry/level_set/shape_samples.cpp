@@ -164,6 +164,7 @@ Candidate candidate(const Vec3& position, const std::vector<Vec3>& face_normals)
     for (const Vec3& other : face_normals)
       result.sharpness = std::max(result.sharpness, 1 - normal.dot(other));
   }
+  // Opposite normals, as those at the rim of a sheet, add up to rounding, which has no direction.
   if (const double length = result.normal.norm(); length > 1e-6) result.normal /= length;
   return result;
 }

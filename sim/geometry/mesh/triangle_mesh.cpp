@@ -26,6 +26,7 @@ namespace {
 // they are the coordinate axes, so that shapes as simple as a cube keep theirs.
 Mat3 principal_axes(const Mat3& tensor) {
   const double off_diagonal = std::abs(tensor(0, 1)) + std::abs(tensor(1, 2)) + std::abs(tensor(2, 0));
+  // Rounding of a sum over 1e4 triangles. A larger value would leave bodies with axes that are not principal.
   if (off_diagonal <= 1e-12 * tensor.trace()) return Mat3::Identity();
   Mat3 axes = symmetric_eigen<3>(tensor).vectors;
   if (axes.determinant() < 0) axes.col(0) = -axes.col(0);

@@ -25,7 +25,7 @@ bool differ(Side a, Side b) { return a != b && a != Side::surface && b != Side::
 double find_cut(const LevelSet& shape, const Vec3& inside, const Vec3& outside, double at_inside,
                 double at_outside) {
   constexpr int max_steps = 60;
-  constexpr double tolerance = 1e-13;
+  constexpr double tolerance = 1e-13;  // relative: some hundred roundings of 1
   double low = 0, high = 1, below = at_inside, above = at_outside;
   if (above == 0) return 1;
   int last = 0;

@@ -252,7 +252,7 @@ class Finder {
         b += wb * change * normal;
         largest = std::max(largest, std::abs(change) * (wa + wb) / longest);
       }
-      if (largest < 1e-9) break;
+      if (largest < 1e-9) break;  // of the longest displacement: a tenth of it would only add rounds
     }
     return u;
   }

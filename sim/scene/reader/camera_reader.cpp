@@ -25,6 +25,7 @@ std::optional<NoView> no_view(const Camera& camera) {
   if (view.norm() == 0)
     return NoView{"target", "is the camera's own position, the view has no direction", ""};
   if (camera.up.norm() == 0) return NoView{"up", "has zero length", "[0, 1, 0] for an upright picture"};
+  // The sine of the angle; below 1e-6 rounding of the coordinates would turn the picture.
   if (view.normalized().cross(camera.up.normalized()).norm() < 1e-6)
     return NoView{"up", "is parallel to the view from position to target",
                   "choose a direction across the view"};

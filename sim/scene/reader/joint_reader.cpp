@@ -106,6 +106,7 @@ class JointChecker {
                     "any direction, for example [0, 0, 1]");
       return false;
     }
+    // The sine of the angle; below 1e-6 rounding of the coordinates would turn the frame.
     if (!axes.up || axes.axis.normalized().cross(axes.up->normalized()).norm() > 1e-6) return true;
     problems_.add(place_of(table, "up"), join_path(path, "up"), "is along the axis, or zero",
                   "any direction across the axis");

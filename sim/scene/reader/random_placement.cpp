@@ -38,6 +38,7 @@ bool overlap(const PlacedBox& a, const PlacedBox& b) {
   for (Eigen::Index i = 0; i < 3; ++i) {
     if (separates(A.col(i)) || separates(B.col(i))) return false;
     for (Eigen::Index j = 0; j < 3; ++j)
+      // Below a sine of 1e-6 the edges are parallel, and the axes of the boxes have separated them before.
       if (const Vec3 axis = A.col(i).cross(B.col(j)); axis.squaredNorm() > 1e-12 && separates(axis))
         return false;
   }

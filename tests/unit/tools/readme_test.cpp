@@ -4,6 +4,7 @@
 #include <cctype>
 #include <iterator>
 #include <regex>
+#include <set>
 #include <sstream>
 
 #include "tests/restart/program.h"
@@ -162,6 +163,47 @@ TEST(Readme, LinksOfAllPagesLeadToFilesAndHeadings) {
     }
   }
   EXPECT_GE(links, 200);
+}
+
+// Returns the words in backquotes in a cell of a table.
+std::vector<std::string> words_of(const std::string& cell) {
+  const std::regex word("`([^`]+)`");
+  std::vector<std::string> words;
+  for (std::sregex_iterator match(cell.begin(), cell.end(), word), none; match != none; ++match)
+    words.push_back((*match)[1]);
+  return words;
+}
+
+// Every module of the simulator has a unit test of its name, or a row in the table of tests/README.md whose
+// tests exist.
+TEST(Readme, SaysWhereEveryModuleIsTested) {
+  const fs::path root = source_folder();
+  std::set<std::string> listed;
+  std::istringstream lines(text_of("tests/README.md"));
+  const std::regex row("\\| ([a-z_/]+) \\| (`[^|]+`) \\| (`[^|]+`) \\|");
+  for (std::string line; std::getline(lines, line);) {
+    std::smatch match;
+    if (!std::regex_match(line, match, row) || !fs::is_directory(root / "sim" / match[1].str())) continue;
+    for (const std::string& module : words_of(match[2])) {
+      const std::string path = match[1].str() + "/" + module;
+      EXPECT_TRUE(fs::exists(root / "sim" / (path + ".h")) || fs::exists(root / "sim" / (path + ".cpp")))
+          << path << " is no module";
+      EXPECT_FALSE(fs::exists(root / "tests/unit" / (path + "_test.cpp")))
+          << path << " has a test of its name";
+      listed.insert(path);
+    }
+    for (const std::string& test : words_of(match[3]))
+      EXPECT_TRUE(fs::exists(root / "tests" / test)) << test << " does not exist";
+  }
+  int files = 0;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(root / "sim")) {
+    if (entry.path().extension() != ".h" && entry.path().extension() != ".cpp") continue;
+    const std::string path = fs::relative(entry.path(), root / "sim").replace_extension().generic_string();
+    EXPECT_TRUE(listed.contains(path) || fs::exists(root / "tests/unit" / (path + "_test.cpp")))
+        << "sim/" << path << " needs tests/unit/" << path << "_test.cpp, or a row in tests/README.md";
+    ++files;
+  }
+  EXPECT_GT(files, 400);
 }
 
 TEST(Readme, IsShortAndLinksToThePageOfEveryFolder) {

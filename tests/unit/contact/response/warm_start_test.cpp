@@ -119,7 +119,7 @@ ContactScene balls_on_ground(int count) {
 // Ball 0 has ten times the impulse that stops it in the cache, ball 1 an impulse though it already rises, and
 // ball 2 its weight. Each island is scaled by itself: to the fraction that brings its contact to its target,
 // to nothing, and not at all.
-TEST(WarmStart, ScalesBlowsDownIslandByIsland) {
+TEST(WarmStart, ScalesImpulsesDownIslandByIsland) {
   ContactScene balls = balls_on_ground(3);
   ASSERT_EQ(balls.contacts.points.size(), 3u);
   const double fall = g * dt;
