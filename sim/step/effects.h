@@ -34,7 +34,7 @@ enum class Effect {
   hard_bindings,             ///< all steps: particles of deformable bodies that rigid bodies carry
   soft_bindings,             ///< I.1, V.2: zero-length springs that hold particles to rigid bodies
   embedded_surfaces,  ///< no part of the step: finer surfaces that are drawn instead of the tetrahedra's
-  air_drag,           ///< I, V: air drag of bodies with a terminal speed
+  air_drag,           ///< I, IV: air drag of bodies with a terminal speed
 };
 /// The number of effects.
 inline constexpr int effect_count = 21;

@@ -165,6 +165,24 @@ TEST(Readme, LinksOfAllPagesLeadToFilesAndHeadings) {
   EXPECT_GE(links, 200);
 }
 
+// The drawing of the map has the arrows of the rules by which folders include each other.
+TEST(Readme, DrawsTheMapByTheRulesOfTheRooms) {
+  const std::string page = text_of("sim/README.md"), rules = text_of("sim/rooms.cmake");
+  const auto node = [](std::string room) {
+    const std::string name = room;
+    std::replace(room.begin(), room.end(), '/', '_');
+    return room == name ? name : fmt::format("{}[{}]", room, name);
+  };
+  std::string arrows = "graph LR\n";
+  const std::regex rule("set\\(below_([^ )]+)([^)]*)\\)");
+  for (std::sregex_iterator match(rules.begin(), rules.end(), rule), none; match != none; ++match) {
+    std::istringstream below((*match)[2]);
+    for (std::string room; below >> room;)
+      arrows += fmt::format("  {} --> {}\n", node(room), node((*match)[1]));
+  }
+  EXPECT_TRUE(contains(page, "```mermaid\n" + arrows + "```")) << arrows;
+}
+
 // Returns the words in backquotes in a cell of a table.
 std::vector<std::string> words_of(const std::string& cell) {
   const std::regex word("`([^`]+)`");
