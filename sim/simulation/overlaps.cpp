@@ -11,13 +11,13 @@
 namespace duet {
 namespace {
 
-// The support point found so far on the surface of a guest.
+// The deepest point found so far on the surface of a guest.
 struct Deepest {
   double distance = 0;  // m, from the host, less half the thickness around the surface; negative inside
   Vec3 place = Vec3::Zero();
 };
 
-// Searches the support points of surfaces in one host.
+// Searches the deepest points of surfaces in one host.
 class Look {
  public:
   Look(const RigidBodies& rigid, const BodyBounds& bounds, int host, double spacing)
@@ -114,7 +114,7 @@ class Finder {
 
   Look host(int body) const { return {bodies_.rigid, search_.bounds[as_index(body)], body, spacing_}; }
 
-  // Returns the support point of a rigid guest in the host `body`. The ground has no surface, so it is never
+  // Returns the deepest point of a rigid guest in the host `body`. The ground has no surface, so it is never
   // a guest.
   Deepest of_rigid(int guest, int body) const {
     Deepest deepest;
@@ -127,7 +127,7 @@ class Finder {
     return deepest;
   }
 
-  // Returns the support point of a deformable guest in the host `body`. Segments and single particles are
+  // Returns the deepest point of a deformable guest in the host `body`. Segments and single particles are
   // degenerate triangles.
   Deepest of_deformable(const DeformableBody& guest, int body) const {
     Deepest deepest;

@@ -6,7 +6,7 @@
 //
 //   III  V = v^^n + dt/2 (g + M^-1 (F + F_damping(V) + J)), with F at x^n + dt/2 V where elasticity is
 //        implicit, otherwise at x^n. No contact closes by more than its gap in the whole step.
-//   V    v^{n+1} = v^^n + dt (g + M^-1 (F(x^{n+1/2}) + F_damping(v^{n+1}) + J)). The damping is that of
+//   V    v^{n+1} = v-^n + dt (g + M^-1 (F(x^{n+1/2}) + F_damping(v^{n+1}) + J)). The damping is that of
 //        the end of the step: the trapezoidal rule would reverse strongly damped motion in each step, and
 //        so throw up bodies that land.
 //

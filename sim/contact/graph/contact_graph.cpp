@@ -14,7 +14,7 @@ bool is_fixed(const Bodies& bodies, int body) {
   return as_index(body) < bodies.rigid.size() && !bodies.rigid.properties[as_index(body)].is_dynamic();
 }
 
-// Returns the unit normal at the support point of a pair, from its host to its guest.
+// Returns the unit normal at the deepest contact point of a pair, from its host to its guest.
 Vec3 deepest_normal(const ContactSet& contacts, const ContactPair& pair) {
   const ContactPoint* deepest = &contacts.points[as_index(pair.begin)];
   for (int i = pair.begin + 1; i < pair.end; ++i)

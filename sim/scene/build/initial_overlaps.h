@@ -17,7 +17,7 @@ struct World;
 struct InitialOverlap {
   std::string first,  ///< Name of one body.
       second;         ///< Name of the other one.
-  double depth = 0;   ///< Depth of the support point of either surface in the other body, m; 0: they touch.
+  double depth = 0;   ///< Depth of the deepest point of either surface in the other body, m; 0: they touch.
   Vec3 place = Vec3::Zero();        ///< That point, m, world space.
   Vec3 first_moves = Vec3::Zero(),  ///< Displacement of the first body that parts all that overlaps, m.
       second_moves = Vec3::Zero();  ///< Displacement of the second body, m.

@@ -11,7 +11,7 @@ constexpr double unlimited = std::numeric_limits<double>::infinity();
 // Relative error of depths while a body is moved out of another. A larger value measures faster and less
 // exactly.
 constexpr double coarse = 0.25;
-// Largest number of displacements along the normals of the support points, see along_normals().
+// Largest number of displacements along the normals of the deepest points, see along_normals().
 constexpr int walk_steps = 32;
 // Length of a walk, as a multiple of the depth, up to which it is taken without trying other directions: no
 // displacement is shorter than the depth.
@@ -65,7 +65,7 @@ class ExitSearch {
   ExitSearch(OverlapProbe& probe, int a, int b, const Vec3& start)
       : probe_(probe), a_(a), b_(b), start_(start) {}
 
-  // Returns the displacement (m) that takes b out of a by moving b along the normal at the support point by
+  // Returns the displacement (m) that takes b out of a by moving b along the normal at the deepest point by
   // the depth there, again and again. Zero if that does not end outside within a path of `bound` (m).
   Vec3 along_normals(OverlapProbe::Deepest deepest, double bound) {
     Vec3 way = Vec3::Zero();
@@ -92,7 +92,7 @@ class ExitSearch {
   }
 
   // Returns the shortest displacement (m) that takes b out of a, if it is no longer than `bound` (m), which
-  // is small against the bodies; else zero. The support points at the displacements that have been tried are
+  // is small against the bodies; else zero. The deepest points at the displacements that have been tried are
   // constraints on the next one.
   Vec3 within(double bound) {
     std::vector<Cut> cuts;

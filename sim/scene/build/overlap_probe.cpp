@@ -295,7 +295,7 @@ OverlapProbe::Search OverlapProbe::look_inside(const std::vector<Vec3>& inside, 
   return search;
 }
 
-// Searches the support point of the guest, displaced by `shift`, in the host, or a point inside the guest if
+// Searches the deepest point of the guest, displaced by `shift`, in the host, or a point inside the guest if
 // that is deeper. `search` gives the slack, and what is `enough`; only points deeper than its depth count.
 // `clearance` (m) is the radius around the pieces of two deformable bodies.
 OverlapProbe::Search OverlapProbe::search_in(int host, int guest, const Vec3& shift, double clearance,

@@ -91,7 +91,7 @@ class OverlapProbe {
     std::unique_ptr<MeshDistance> mesh;       // signed distance of a deformable volume, else null
     bool has_inside() const { return level_set || mesh; }
   };
-  // The state of a search for the support point of a guest's pieces in a host.
+  // The state of a search for the deepest point of a guest's pieces in a host.
   struct Search {
     const Body* host = nullptr;                        // body whose inside is searched
     int number = 0;                                    // its number
