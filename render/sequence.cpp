@@ -73,8 +73,6 @@ SequenceRenderer::SequenceRenderer(const scene::Scene& scene, const io::Manifest
     : impl_(std::make_unique<Impl>(scene, manifest, backend)) {}
 SequenceRenderer::~SequenceRenderer() = default;
 
-std::string SequenceRenderer::backend_name() const { return impl_->context->name(); }
-
 std::vector<unsigned char> SequenceRenderer::draw(const std::vector<BodySurface>& bodies, double time) {
   const std::string problem = difference(impl_->bodies, bodies);
   if (!problem.empty()) throw FileError("frame", problem, mixed_runs);

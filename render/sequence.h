@@ -42,9 +42,6 @@ class SequenceRenderer {
   /// the overload with one folder.
   void render_frame(const io::RunDirectory& run, int frame, const io::RunDirectory& to);
 
-  /// Returns the back-end in use: "OSMesa" or "EGL".
-  std::string backend_name() const;
-
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;

@@ -42,7 +42,7 @@ inline unsigned lanes_of(const mask4& mask) {
 #endif
 }
 
-/// The result of comparing TwoQuads.
+/// The result of comparing double4x2.
 struct mask4x2 {
   mask4 low,  ///< Lanes 0 to 3.
       high;   ///< Lanes 4 to 7.
@@ -76,12 +76,12 @@ struct alignas(64) double4x2 {
   friend V operator-(double a, const V& b) { return {a - b.low, a - b.high}; }             ///< Returns a - b.
   friend V operator*(double a, const V& b) { return {a * b.low, a * b.high}; }             ///< Returns a b.
   friend V operator/(double a, const V& b) { return {a / b.low, a / b.high}; }             ///< Returns a / b.
-  /// Adds `b`, a TwoQuads or a double.
+  /// Adds `b`, a double4x2 or a double.
   template <class T>
   V& operator+=(const T& b) {
     return *this = *this + b;
   }
-  /// Multiplies by `b`, a TwoQuads or a double.
+  /// Multiplies by `b`, a double4x2 or a double.
   template <class T>
   V& operator*=(const T& b) {
     return *this = *this * b;

@@ -6,7 +6,7 @@
 
 namespace duet {
 
-/// A 3x3 matrix in row-major order. `T` is double, Pack or PackF.
+/// A 3x3 matrix in row-major order. `T` is double, double8 or float8.
 template <class T>
 struct Matrix3 {
   /// Entries: m[row][column].

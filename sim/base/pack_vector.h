@@ -11,7 +11,7 @@ namespace duet {
 
 /// Returns a + b in each lane.
 inline vector8 operator+(const vector8& a, const vector8& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
-/// Returns a - b in each lane. `P` is Pack or PackF.
+/// Returns a - b in each lane. `P` is double8 or float8.
 template <class P>
 VectorOf<P> operator-(const VectorOf<P>& a, const VectorOf<P>& b) {
   return {a.x - b.x, a.y - b.y, a.z - b.z};

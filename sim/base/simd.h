@@ -27,7 +27,7 @@ using mask8 = decltype(double8{} < double8{});
 /// Eight floats, for places where single precision is enough: they halve the memory traffic.
 using float8 = float __attribute__((vector_size(4 * pack_width)));
 
-/// Eight 3-vectors, stored by coordinate. `P` is Pack or PackF.
+/// Eight 3-vectors, stored by coordinate. `P` is double8 or float8.
 template <class P>
 struct VectorOf {
   P x{},    ///< The x coordinates of all lanes.
@@ -62,7 +62,7 @@ V log_of_lanes(const V& x) {
 }
 
 /// Returns the first three entries of the rows row(0), ..., row(7) by coordinate, as compiler vectors of
-/// eight. `Row` is callable and returns a Quad or a QuadF.
+/// eight. `Row` is callable and returns a double4 or a float4.
 template <class Row>
 auto load_eight(Row&& row) {
   const auto pair = [&](std::size_t i) {
@@ -79,7 +79,7 @@ auto load_eight(Row&& row) {
       __builtin_shufflevector(z_even, z_odd, 0, 1, 8, 9, 4, 5, 12, 13)};
 }
 
-// The functions below have one definition for each kind of Pack.
+// The functions below have one definition for double8 and one for float8.
 #if defined(__AVX512F__)
 /// Returns `a` in the lanes where `condition` holds and `b` in the others.
 inline double8 select(const mask8& condition, const double8& a, const double8& b) {
@@ -98,12 +98,12 @@ inline float8 to_single(const double8& x) { return __builtin_convertvector(x, fl
 /// Converts each lane to double precision, exactly.
 inline double8 to_double(const float8& x) { return __builtin_convertvector(x, double8); }
 /// Returns the first three entries of the rows row(0), ..., row(7) by coordinate. `Row` is callable; rows of
-/// Quads give a PackVector, rows of QuadFs a PackVectorF.
+/// double4 give a vector8, rows of float4 a vector8f.
 template <class Row>
 auto load_rows(Row&& row) {
   return load_eight(row);
 }
-/// Writes the eight rows (x, y, z, w) to `out`, one Quad for each lane.
+/// Writes the eight rows (x, y, z, w) to `out`, one double4 for each lane.
 inline void store_rows(const vector8& v, const double8& w, double4* out) {
   const double8 xy_low = __builtin_shufflevector(v.x, v.y, 0, 8, 1, 9, 2, 10, 3, 11);
   const double8 xy_high = __builtin_shufflevector(v.x, v.y, 4, 12, 5, 13, 6, 14, 7, 15);
@@ -132,7 +132,7 @@ inline double8 to_double(const float8& x) {
           __builtin_convertvector(__builtin_shufflevector(x, x, 4, 5, 6, 7), double4)};
 }
 /// Returns the first three entries of the rows row(0), ..., row(7) by coordinate. `Row` is callable; rows of
-/// Quads give a PackVector, rows of QuadFs a PackVectorF.
+/// double4 give a vector8, rows of float4 a vector8f.
 template <class Row>
 auto load_rows(Row&& row) {
   if constexpr (std::is_same_v<std::remove_cvref_t<decltype(row(0))>, float4>) {
@@ -143,7 +143,7 @@ auto load_rows(Row&& row) {
     return vector8{{low.x, high.x}, {low.y, high.y}, {low.z, high.z}};
   }
 }
-/// Writes the eight rows (x, y, z, w) to `out`, one Quad for each lane.
+/// Writes the eight rows (x, y, z, w) to `out`, one double4 for each lane.
 inline void store_rows(const vector8& v, const double8& w, double4* out) {
   store_four(v.x.low, v.y.low, v.z.low, w.low, out);
   store_four(v.x.high, v.y.high, v.z.high, w.high, out + 4);
@@ -152,7 +152,8 @@ inline void store_rows(const vector8& v, const double8& w, double4* out) {
 /// Returns whether the mask is set in any lane.
 inline bool any_of(const mask8& condition) { return lanes_of(condition) != 0; }
 
-// The functions below let formulas be written once for T = double, T = Pack and, as far as needed, T = PackF.
+// The functions below let formulas be written once for T = double, T = double8 and, as far as needed, T =
+// float8.
 
 /// Returns `a` if `condition` holds, else `b`.
 inline double select(bool condition, double a, double b) { return condition ? a : b; }

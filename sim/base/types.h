@@ -1,8 +1,7 @@
-// Eigen aliases, strong ids and poses, which every module uses.
+// Eigen aliases and poses, which every module uses.
 #pragma once
 
 #include <cmath>
-#include <compare>
 #include <cstdint>
 
 #include <Eigen/Core>
@@ -32,18 +31,6 @@ using Vec2f = Eigen::Vector2f;
 using Vec3f = Eigen::Vector3f;
 /// A vector of three integers.
 using Vec3i = Eigen::Vector3i;
-
-/// An index that cannot be mistaken for one of another kind: `Id<struct RigidTag>` does not convert to
-/// `Id<struct TetTag>`.
-template <class Tag>
-struct Id {
-  std::int32_t index = -1;                      ///< The index; -1: none.
-  bool valid() const { return index >= 0; }     ///< Returns whether the id names something.
-  auto operator<=>(const Id&) const = default;  ///< Compares indices.
-};
-using RigidId = Id<struct RigidTag>;            ///< Names a rigid body.
-using DeformableId = Id<struct DeformableTag>;  ///< Names a deformable body.
-using ParticleId = Id<struct ParticleTag>;      ///< Names a particle.
 
 /// Returns whether a vector or a quaternion has length 1, to 5e-7: what assertions ask of directions and
 /// orientations. Rounding leaves 1e-15, and unit vectors of floats 1e-7. Values that are not finite pass:

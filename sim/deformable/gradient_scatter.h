@@ -1,5 +1,5 @@
 // Bounds on the frequencies of an element from its shape and the masses of its nodes. Written once for T =
-// double and T = Pack.
+// double and T = double8.
 #pragma once
 
 #include "sim/base/matrix3.h"

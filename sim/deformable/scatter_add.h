@@ -79,8 +79,9 @@ class ScatterAdd {
   /// its block).
   ///
   /// `rows` holds the values at the particles of the block, for gather(): they are read from memory once for
-  /// a block instead of once for each corner. `Row` is Quad, or QuadF for single precision; the rows of QuadF
-  /// hold the values relative to that of the block's first particle, so that differences keep their accuracy.
+  /// a block instead of once for each corner. `Row` is double4, or float4 for single precision; the rows of
+  /// float4 hold the values relative to that of the block's first particle, so that differences keep their
+  /// accuracy.
   template <class Row = double4, class Add>
   void fill_from(const std::vector<Vec3>& values, Add&& add);
   /// Calls work(index of a batch, rows) like fill_from(), but computes no sums.

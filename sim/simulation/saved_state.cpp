@@ -207,10 +207,10 @@ auto name_of(const CachedContact& contact) {
 void pack_state(World& world, std::int64_t frame, std::vector<unsigned char>& bytes) {
   double frequency = world.bodies.forces.max_omega_squared();
   const PairForces& pairs = world.last_step.pair_forces;
-  const ContactCache& memory = world.last_step.contact_cache;
+  const ContactCache& cache = world.last_step.contact_cache;
   const std::uint64_t pair_count = pairs.size();
   std::size_t size =
-      sizeof pair_count + pairs.size() * sizeof(PairForce) + memory.size() * sizeof(CachedContact);
+      sizeof pair_count + pairs.size() * sizeof(PairForce) + cache.size() * sizeof(CachedContact);
   visit_state(world, frame, frequency, [&](const void*, std::size_t more) { size += more; });
   bytes.resize(size);
   std::size_t at = 0;
@@ -221,7 +221,7 @@ void pack_state(World& world, std::int64_t frame, std::vector<unsigned char>& by
   visit_state(world, frame, frequency, append);
   append(&pair_count, sizeof pair_count);
   append(pairs.data(), pairs.size() * sizeof(PairForce));
-  append(memory.data(), memory.size() * sizeof(CachedContact));
+  append(cache.data(), cache.size() * sizeof(CachedContact));
 }
 
 void unpack_state(const std::vector<unsigned char>& bytes, World& world, std::int64_t& frame) {
@@ -250,9 +250,9 @@ void unpack_state(const std::vector<unsigned char>& bytes, World& world, std::in
   pairs.resize(pair_count);
   for (PairForce& pair : pairs) take(&pair, sizeof pair);
   // The cached contacts follow, as many as there were when the state was saved.
-  ContactCache& memory = world.last_step.contact_cache;
-  memory.resize((bytes.size() - needed) / sizeof(CachedContact));
-  for (CachedContact& contact : memory) take(&contact, sizeof contact);
+  ContactCache& cache = world.last_step.contact_cache;
+  cache.resize((bytes.size() - needed) / sizeof(CachedContact));
+  for (CachedContact& contact : cache) take(&contact, sizeof contact);
   world.bodies.forces.set_max_omega_squared(frequency);
   RigidBodies& rigid = world.bodies.rigid;
   for (std::size_t i = 0; i < rigid.size(); ++i)
@@ -277,9 +277,9 @@ void check_state(const World& loaded, std::int64_t frame, const std::vector<Rigi
   check_all(std::span<const double>(loaded.last_step.control_angle), "the joints", "angle");
   check_all(std::span<const double>(loaded.last_step.pressure), "the last solve", "pressure");
   check_pairs(bodies, loaded.last_step.pair_forces);
-  const ContactCache& memory = loaded.last_step.contact_cache;
-  for (std::size_t i = 0; i < memory.size(); ++i) check_contact(bodies, memory[i], i);
-  if (!std::is_sorted(memory.begin(), memory.end(),
+  const ContactCache& cache = loaded.last_step.contact_cache;
+  for (std::size_t i = 0; i < cache.size(); ++i) check_contact(bodies, cache[i], i);
+  if (!std::is_sorted(cache.begin(), cache.end(),
                       [](const CachedContact& a, const CachedContact& b) { return name_of(a) < name_of(b); }))
     refuse("its contacts are not in order");
 }

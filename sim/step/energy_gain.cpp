@@ -24,8 +24,8 @@ namespace {
 // thousandth. `rigid_share` is the same fraction for steps of rigid bodies; it is larger because few of their
 // steps gain anything.
 constexpr double implicit_share = 2e-5, rigid_share = 1e-3;
-// What steps of rigid bodies may gain besides, as a fraction of the kinetic energy of a fall from rest over the
-// step: contact lifts resting bodies by its tolerances. A larger value would let heaps creep upward.
+// What steps of rigid bodies may gain besides, as a fraction of the kinetic energy of a fall from rest over
+// the step: contact lifts resting bodies by its tolerances. A larger value would let heaps creep upward.
 constexpr double rest_share = 0.02;
 
 // A shorter step is a remedy if it gains less than `min_help` of what the refused step gained. An implicit

@@ -102,8 +102,8 @@ void add_state(Writer& writer, const World& world) {
   const PairForces& pairs = world.last_step.pair_forces;
   if (!pairs.empty())
     add_scene("forces between surfaces", hash_bytes(pairs.data(), pairs.size() * sizeof(PairForce)));
-  const ContactCache& memory = world.last_step.contact_cache;
-  add_scene("contact cache", hash_bytes(memory.data(), memory.size() * sizeof(CachedContact)));
+  const ContactCache& cache = world.last_step.contact_cache;
+  add_scene("contact cache", hash_bytes(cache.data(), cache.size() * sizeof(CachedContact)));
 }
 
 // Adds a quantity with a hash per body of the contacts in which it is the guest; add(hash, contact) extends a

@@ -78,7 +78,7 @@ bool step(World& world, double time, double dt, Refusal* refusal) {
   world.ledger.end_step(world);
   world.contact_tally.end_step(world.bodies);
   if (world.touches())
-    remember(context.contact.contacts, context.contact.graph, dt, world.last_step.contact_cache);
+    store_contacts(context.contact.contacts, context.contact.graph, dt, world.last_step.contact_cache);
   if (world.has(Effect::self_repulsion))
     std::swap(world.last_step.surface_friction, context.surfaces.friction_next);
   std::swap(world.last_step.pressure, context.pressures.next);

@@ -231,7 +231,7 @@ void ArticulatedResponse::answer(const Bodies& bodies, ContactSet& contacts) con
 }
 
 const ArticulatedResponse* ArticulatedResponse::prepare(const Bodies& bodies, JointSolver& joints,
-                                                        const ContactCache& memory) {
+                                                        const ContactCache& cache) {
   is_used_ = false;
   if (bodies.linked.empty()) return nullptr;
   if (group_of_.empty()) find_groups(bodies);
@@ -239,10 +239,10 @@ const ArticulatedResponse* ArticulatedResponse::prepare(const Bodies& bodies, Jo
   const auto takes = [&](const CachedContact& contact) {
     return contains(contact.host) || (contact.guest_rigid >= 0 && contains(contact.guest_rigid));
   };
-  if (std::none_of(memory.begin(), memory.end(), takes)) return nullptr;
+  if (std::none_of(cache.begin(), cache.end(), takes)) return nullptr;
   update(bodies, joints, ControlledJoints::are_free);
   ContactPoint contact;
-  for (const CachedContact& remembered : memory) {
+  for (const CachedContact& remembered : cache) {
     if (!takes(remembered)) continue;
     contact.host = remembered.host;
     contact.guest_rigid = remembered.guest_rigid;

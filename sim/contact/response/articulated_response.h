@@ -50,7 +50,7 @@ class ArticulatedResponse {
   void release(ContactSet& contacts) const;
   /// Prepares for the cached contacts of the last step, at the present positions and without control. Returns
   /// `this`, or null if none of them meets a jointed group.
-  const ArticulatedResponse* prepare(const Bodies& bodies, JointSolver& joints, const ContactCache& memory);
+  const ArticulatedResponse* prepare(const Bodies& bodies, JointSolver& joints, const ContactCache& cache);
   /// Returns what the last call of prepare() returned.
   const ArticulatedResponse* prepared() const { return is_used_ ? this : nullptr; }
   /// Returns what the last call of prepare() returned.

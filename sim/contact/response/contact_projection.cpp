@@ -114,12 +114,12 @@ void ContactProjection::build(const Bodies& bodies, const ContactSet& contacts, 
   factor_blocks();
 }
 
-void ContactProjection::build(const Bodies& bodies, const ContactCache& memory, double duration, int sweeps,
+void ContactProjection::build(const Bodies& bodies, const ContactCache& cache, double duration, int sweeps,
                               const ArticulatedResponse* linked, const std::vector<char>& left_out,
                               const StickingBodies& sticking) {
   begin(bodies, sweeps, linked);
   ContactPoint contact;
-  for (const CachedContact& remembered : memory) {
+  for (const CachedContact& remembered : cache) {
     contact.host = remembered.host;
     contact.guest_rigid = remembered.guest_rigid;
     contact.feature = remembered.feature;
@@ -186,13 +186,13 @@ double ContactProjection::inverse_mass_of_guest(const Row& row) const {
 
 void ContactProjection::use_inverse_masses(const std::vector<SymmetricBlock>* inverse_mass) {
   inverse_mass_ = inverse_mass;
-  const auto weigh = [&](Row& row) {
+  const auto update_mass = [&](Row& row) {
     if (row.guest_rigid < 0 && (!inverse_mass || takes(row)))
       row.mass = 1 / (row.of_host + inverse_mass_of_guest(row));
   };
   for (std::size_t b = 0; b < used_; ++b)
-    for (Row& row : blocks_[b].rows) weigh(row);
-  for (Row& row : rows_) weigh(row);
+    for (Row& row : blocks_[b].rows) update_mass(row);
+  for (Row& row : rows_) update_mass(row);
   factor_blocks();
   if (repulsions_) repulsions_->use_inverse_masses(inverse_mass);
 }

@@ -43,8 +43,8 @@ class ContactProjection {
   /// Takes the cached contacts of the last step, with the geometry of the present positions. Their impulses
   /// are scaled to `duration` (s). `left_out` has an entry for every deformable body, or is empty: the
   /// contacts of marked bodies are left out. `linked` must be what ArticulatedResponse::prepare() returned
-  /// for `memory`. `sticking` is as above, with the friction of the bodies.
-  void build(const Bodies& bodies, const ContactCache& memory, double duration, int sweeps,
+  /// for `cache`. `sticking` is as above, with the friction of the bodies.
+  void build(const Bodies& bodies, const ContactCache& cache, double duration, int sweeps,
              const ArticulatedResponse* linked = nullptr, const std::vector<char>& left_out = {},
              const StickingBodies& sticking = {});
   /// Takes no contact, so that only joints are projected, if add_joints() follows.

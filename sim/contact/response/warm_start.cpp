@@ -18,17 +18,17 @@ auto name_of(const Contact& contact) {
 }
 
 // Returns the cached contact of the same name, or null.
-const CachedContact* find(const ContactCache& memory, const ContactPoint& contact) {
+const CachedContact* find(const ContactCache& cache, const ContactPoint& contact) {
   const auto found =
-      std::lower_bound(memory.begin(), memory.end(), contact,
+      std::lower_bound(cache.begin(), cache.end(), contact,
                        [](const CachedContact& a, const ContactPoint& b) { return name_of(a) < name_of(b); });
-  return found == memory.end() || name_of(*found) != name_of(contact) ? nullptr : &*found;
+  return found == cache.end() || name_of(*found) != name_of(contact) ? nullptr : &*found;
 }
 
 // Returns the impulse of the cached force over `duration` (s), at most the cached impulse, N s; zero: not in
 // the cache.
-Vec3 cached_impulse(const ContactCache& memory, const ContactPoint& contact, double duration) {
-  const CachedContact* found = find(memory, contact);
+Vec3 cached_impulse(const ContactCache& cache, const ContactPoint& contact, double duration) {
+  const CachedContact* found = find(cache, contact);
   return found ? Vec3(std::min(1.0, duration / found->duration) * found->impulse) : Vec3::Zero();
 }
 
@@ -219,12 +219,12 @@ void find_speculative_targets(double dt, OrientationUpdate orientation, const Co
   });
 }
 
-void warm_start(const ContactCache& memory, double duration, ContactGraph& graph, Bodies& bodies,
+void warm_start(const ContactCache& cache, double duration, ContactGraph& graph, Bodies& bodies,
                 ContactSet& contacts) {
   for (ContactPair& pair : contacts.pairs) pair.angular_impulse.setZero();
   parallel_for(contacts.points.size(), 64, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
-      contacts.points[i].impulse = cached_impulse(memory, contacts.points[i], duration);
+      contacts.points[i].impulse = cached_impulse(cache, contacts.points[i], duration);
   });
   contacts.is_cold.assign(graph.island.size(), 1);
   for (const int p : graph.pairs) {
@@ -250,18 +250,19 @@ void warm_start_again(double factor, ContactGraph& graph, Bodies& bodies, Contac
   apply_best_share(graph, bodies, contacts);
 }
 
-void remember(const ContactSet& contacts, const ContactGraph& graph, double duration, ContactCache& memory) {
-  memory.clear();
+void store_contacts(const ContactSet& contacts, const ContactGraph& graph, double duration,
+                    ContactCache& cache) {
+  cache.clear();
   for (int p : graph.pairs) {
     const ContactPair& pair = contacts.pairs[as_index(p)];
     for (int i = pair.begin; i < pair.end; ++i) {
       const ContactPoint& contact = contacts.points[as_index(i)];
       if (!contact.impulse.isZero(0))
-        memory.push_back(
+        cache.push_back(
             {contact.host, contact.guest_rigid, contact.feature, 0, contact.impulse, duration, contact.edge});
     }
   }
-  std::sort(memory.begin(), memory.end(),
+  std::sort(cache.begin(), cache.end(),
             [](const CachedContact& a, const CachedContact& b) { return name_of(a) < name_of(b); });
 }
 

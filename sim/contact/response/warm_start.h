@@ -58,12 +58,12 @@ void find_speculative_targets(double dt, OrientationUpdate orientation, const Co
                               PredictionFor stage = PredictionFor::motion_in_step,
                               const VelocityState* forces = nullptr);
 
-/// Starts the contacts at the forces in the cache `memory`: sets the impulse of each contact to its cached
+/// Starts the contacts at the forces in `cache`: sets the impulse of each contact to its cached
 /// force times `duration` (s), or to zero, and applies the impulses of active pairs to the velocities. No
 /// impulse exceeds the cached one, and those of an island are scaled down if they would bring it farther from
 /// its targets (in kinetic energy) than no impulses at all, because the impulse of an impact is not a lasting
 /// force. Also fills contacts.is_cold.
-void warm_start(const ContactCache& memory, double duration, ContactGraph& graph, Bodies& bodies,
+void warm_start(const ContactCache& cache, double duration, ContactGraph& graph, Bodies& bodies,
                 ContactSet& contacts);
 
 /// Starts the contacts at `factor` times the impulses that they hold, and applies them to the velocities,
@@ -72,8 +72,9 @@ void warm_start(const ContactCache& memory, double duration, ContactGraph& graph
 /// contact stops them.
 void warm_start_again(double factor, ContactGraph& graph, Bodies& bodies, ContactSet& contacts);
 
-/// Replaces the contact cache `memory` by the contacts of `graph` that hold an impulse, which acted over
+/// Replaces `cache` by the contacts of `graph` that hold an impulse, which acted over
 /// `duration` (s).
-void remember(const ContactSet& contacts, const ContactGraph& graph, double duration, ContactCache& memory);
+void store_contacts(const ContactSet& contacts, const ContactGraph& graph, double duration,
+                    ContactCache& cache);
 
 }  // namespace duet

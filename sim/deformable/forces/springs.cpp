@@ -8,7 +8,7 @@ namespace duet {
 namespace {
 
 // Length, relative to the rest length, below which a compressed spring loses its direction and force.
-constexpr double crushed = 1e-3;
+constexpr double min_length = 1e-3;
 
 // Returns half of the sum of |w_i|: 1 for the spring between two particles.
 template <std::size_t N>
@@ -107,7 +107,7 @@ void Springs<N, R>::add_elastic_forces(const std::vector<Vec3>& x, std::vector<V
       Row& row = batch.row[r];
       const vector8 d = row.difference(here);
       const double8 length = sqrt_of(dot(d, d));
-      const double8 shortest = crushed * row.rest_length;
+      const double8 shortest = min_length * row.rest_length;
       const double8 divisor = select(length > shortest, length, shortest);
       const mask8 extends = divisor > double8{};
       const double8 inverse = select(extends, 1.0 / select(extends, divisor, double8{} + 1.0), double8{});

@@ -1,5 +1,5 @@
 // The positive part of the stiffness that compression adds to an element. Such elements are damped in
-// proportion to it. Written once for T = double, Pack and PackF.
+// proportion to it. Written once for T = double, double8 and float8.
 #pragma once
 
 #include "sim/base/matrix3.h"

@@ -1,5 +1,5 @@
 // Corotated elasticity: linear in the stretches of the element and in its change of volume (the "fixed
-// corotated" model of Stomakhin, Howes, Schroeder, Teran 2012). Written once for T = double and T = Pack.
+// corotated" model of Stomakhin, Howes, Schroeder, Teran 2012). Written once for T = double and T = double8.
 //
 //     psi = mu sum (s_i - 1)^2 + lambda/2 (J - 1)^2,   J = s_1 s_2 s_3                              J/m^3
 //     P   = 2 mu (F - R) + lambda (J - 1) cof F                                                      Pa

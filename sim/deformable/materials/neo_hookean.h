@@ -1,4 +1,4 @@
-// Neo-Hookean elasticity that recovers from inversion. Written once for T = double and T = Pack.
+// Neo-Hookean elasticity that recovers from inversion. Written once for T = double and T = double8.
 //
 //     psi(F) = mu/2 (|F|^2 - 3) + g(J),   J = det F,   g(J) = -mu ln J + lambda/2 (ln J)^2        J/m^3
 //     P(F)   = mu F + g'(J) cof F                                                                   Pa

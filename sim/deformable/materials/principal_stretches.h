@@ -1,7 +1,7 @@
 // Principal stretches of a deformation gradient, and isotropic stress in terms of them. Written once for T =
-// double and T = Pack. Every material gives the derivatives of its energy by the stretches; stress and stress
-// differential follow from them (Stomakhin et al. 2012; Smith, de Goes, Kim 2019, "Analytic eigensystems for
-// isotropic distortion energies").
+// double and T = double8. Every material gives the derivatives of its energy by the stretches; stress and
+// stress differential follow from them (Stomakhin et al. 2012; Smith, de Goes, Kim 2019, "Analytic
+// eigensystems for isotropic distortion energies").
 #pragma once
 
 #include <initializer_list>

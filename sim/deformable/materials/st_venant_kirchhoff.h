@@ -1,4 +1,4 @@
-// St. Venant-Kirchhoff elasticity that recovers from inversion. Written once for T = double and T = Pack.
+// St. Venant-Kirchhoff elasticity that recovers from inversion. Written once for T = double and T = double8.
 //
 //     psi = mu sum e_i^2 + lambda/2 (sum e_i)^2,   e_i = (s_i^2 - 1)/2                               J/m^3
 //

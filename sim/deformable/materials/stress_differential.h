@@ -1,6 +1,6 @@
 // Change of stress with the deformation gradient, dP = H : dF, with the Hessian H of the energy density
 // projected to positive semi-definite. With it implicit integration descends in energy from every state.
-// Written once for T = double and T = Pack.
+// Written once for T = double and T = double8.
 #pragma once
 
 #include "sim/deformable/materials/principal_stretches.h"

@@ -1,4 +1,4 @@
-// The viscosity of all materials. Written once for T = double, Pack and PackF.
+// The viscosity of all materials. Written once for T = double, double8 and float8.
 #pragma once
 
 #include "sim/base/matrix3.h"

@@ -130,7 +130,7 @@ TEST(EdgeContacts, OfRingsAreThoseOfTheirMiddleLines) {
 
 // A cube lies flat on a plate that is narrower than it. Samples hold it up, and the edge contacts are only
 // where its edges pass the edges of the plate, also when it is tilted by 0.002 rad. Without
-// `with_edges_on_faces` there are none. When it is tilted by 0.05 rad and lifted, so that its edges cross
+// EdgesOnFaces::are_found there are none. When it is tilted by 0.05 rad and lifted, so that its edges cross
 // those of the plate, the contacts have the planes of both edges.
 TEST(EdgeContacts, OfEdgesAlongAFaceAreWhereTheyPassItsEnd) {
   const LevelSet plate = LevelSet::box(Vec3(0.7, 0.2, 3));

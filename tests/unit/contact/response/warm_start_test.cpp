@@ -24,8 +24,8 @@ CachedContact remembered(const ContactPoint& contact, const Vec3& impulse, doubl
 }
 
 // Sorts the entries as warm_start() requires.
-void sort_by_name(ContactCache& memory) {
-  std::sort(memory.begin(), memory.end(), [](const auto& a, const auto& b) {
+void sort_by_name(ContactCache& cache) {
+  std::sort(cache.begin(), cache.end(), [](const auto& a, const auto& b) {
     return std::tie(a.host, a.guest_rigid, a.feature) < std::tie(b.host, b.guest_rigid, b.feature);
   });
 }
@@ -39,12 +39,12 @@ ContactScene falling_cube() {
 
 // Returns a contact cache for that cube: a quarter of its weight on each of its lower corners.
 ContactCache memory_of_rest(const ContactScene& cube, double duration) {
-  ContactCache memory;
+  ContactCache cache;
   for (const ContactPoint& contact : cube.contacts.points)
     if ((contact.guest_arm.cwiseAbs() - Vec3::Constant(0.5)).norm() < 1e-12 && contact.guest_arm.y() < 0)
-      memory.push_back(remembered(contact, Vec3(0, 3 * g * duration / 4, 0), duration));
-  sort_by_name(memory);
-  return memory;
+      cache.push_back(remembered(contact, Vec3(0, 3 * g * duration / 4, 0), duration));
+  sort_by_name(cache);
+  return cache;
 }
 
 // Cached forces of rest stop the fall of one step. The bounds are rounding of sums of products of the size g
@@ -53,9 +53,9 @@ TEST(WarmStart, CachedForcesHoldARestingCube) {
   ContactScene cube = falling_cube();
   cube.state(0).velocity = Vec3(0, -g * dt, 0);
   find_speculative_targets(dt, OrientationUpdate::exact, cube.graph, cube.bodies, cube.contacts);
-  const ContactCache memory = memory_of_rest(cube, dt);
-  ASSERT_EQ(memory.size(), 4u);
-  warm_start(memory, dt, cube.graph, cube.bodies, cube.contacts);
+  const ContactCache cache = memory_of_rest(cube, dt);
+  ASSERT_EQ(cache.size(), 4u);
+  warm_start(cache, dt, cube.graph, cube.bodies, cube.contacts);
   EXPECT_LT(cube.state(0).velocity.norm(), 1e-15);
   EXPECT_LT(cube.state(0).angular_velocity.norm(), 1e-15);
   EXPECT_EQ(count_active(cube.contacts, cube.graph), 4);
@@ -80,15 +80,15 @@ TEST(WarmStart, WhatASolveEndedWithIsWhatTheNextOneBeginsWith) {
   EXPECT_EQ(cube.state(0).velocity, Vec3(0.001, -g * dt, 0)) << "nothing remembered, nothing done";
   ContactSolveScratch scratch;
   solve_contact(cube.bodies, cube.graph, {.iterations = 1000, .tolerance = 1e-13}, cube.contacts, scratch);
-  ContactCache memory;
-  remember(cube.contacts, cube.graph, dt, memory);
-  ASSERT_FALSE(memory.empty());
-  EXPECT_EQ(static_cast<int>(memory.size()), count_active(cube.contacts, cube.graph));
-  EXPECT_TRUE(std::is_sorted(memory.begin(), memory.end(), [](const auto& a, const auto& b) {
+  ContactCache cache;
+  store_contacts(cube.contacts, cube.graph, dt, cache);
+  ASSERT_FALSE(cache.empty());
+  EXPECT_EQ(static_cast<int>(cache.size()), count_active(cube.contacts, cube.graph));
+  EXPECT_TRUE(std::is_sorted(cache.begin(), cache.end(), [](const auto& a, const auto& b) {
     return a.feature < b.feature;  // host and guest are the same for all
   }));
   fall();
-  warm_start(memory, dt, cube.graph, cube.bodies, cube.contacts);
+  warm_start(cache, dt, cube.graph, cube.bodies, cube.contacts);
   EXPECT_LT(cube.state(0).velocity.norm(), 1e-12);
   EXPECT_LT(cube.state(0).angular_velocity.norm(), 1e-12);
 }
@@ -126,13 +126,13 @@ TEST(WarmStart, ScalesImpulsesDownIslandByIsland) {
   balls.state(0).velocity = balls.state(2).velocity = Vec3(0, -fall, 0);
   balls.state(1).velocity = Vec3(0, 1, 0);
   find_speculative_targets(dt, OrientationUpdate::exact, balls.graph, balls.bodies, balls.contacts);
-  ContactCache memory;
+  ContactCache cache;
   for (const ContactPoint& contact : balls.contacts.points) {
     const double factor[] = {10, 1, 1};
-    memory.push_back(remembered(contact, Vec3(0, 2 * fall * factor[as_index(contact.guest_rigid)], 0), dt));
+    cache.push_back(remembered(contact, Vec3(0, 2 * fall * factor[as_index(contact.guest_rigid)], 0), dt));
   }
-  sort_by_name(memory);
-  warm_start(memory, dt, balls.graph, balls.bodies, balls.contacts);
+  sort_by_name(cache);
+  warm_start(cache, dt, balls.graph, balls.bodies, balls.contacts);
   EXPECT_LT(balls.state(0).velocity.norm(), 1e-14);
   EXPECT_EQ(balls.state(1).velocity, Vec3(0, 1, 0));
   EXPECT_LT(balls.state(2).velocity.norm(), 1e-15);
@@ -191,14 +191,14 @@ TEST(WarmStart, ScalesEachIslandByTheBestFraction) {
     }
     for (ContactPoint& contact : tower.contacts.points) contact.target = 0;
     const RigidState start[] = {tower.state(0), tower.state(1)};
-    ContactCache memory;
+    ContactCache cache;
     for (const ContactPoint& contact : tower.contacts.points)
-      memory.push_back(remembered(contact, std::pow(10, 1.5 * uniform(random) - 1.5) * vector(), dt));
-    sort_by_name(memory);
+      cache.push_back(remembered(contact, std::pow(10, 1.5 * uniform(random) - 1.5) * vector(), dt));
+    sort_by_name(cache);
     const auto energy_with = [&](double share) {
       for (std::size_t body = 0; body < 2; ++body) tower.state(body) = start[body];
       for (const ContactPoint& contact : tower.contacts.points)
-        for (const CachedContact& past : memory)
+        for (const CachedContact& past : cache)
           if (std::tie(past.host, past.guest_rigid, past.feature) ==
               std::tie(contact.host, contact.guest_rigid, contact.feature))
             apply_impulse(tower.bodies, contact, share * past.impulse);
@@ -209,7 +209,7 @@ TEST(WarmStart, ScalesEachIslandByTheBestFraction) {
     if (with_all >= without)
       for (double share = 0.05; share < 1; share += 0.05) best = std::min(best, energy_with(share));
     energy_with(0);
-    warm_start(memory, dt, tower.graph, tower.bodies, tower.contacts);
+    warm_start(cache, dt, tower.graph, tower.bodies, tower.contacts);
     const double energy = kinetic_energy_of(tower);
     EXPECT_LE(energy, best * (1 + 1e-12));
     if (with_all < without) {
@@ -243,11 +243,11 @@ TEST(WarmStart, ContactsOutOfReachTakeNothing) {
 // A cached impulse belongs to the point that its entry names and to no other point of the same bodies.
 TEST(WarmStart, AnotherPointOfTheSameBodiesTakesNothing) {
   ContactScene cube = falling_cube();
-  ContactCache memory = memory_of_rest(cube, dt);
-  for (CachedContact& past : memory) past.feature.index += 100000;
+  ContactCache cache = memory_of_rest(cube, dt);
+  for (CachedContact& past : cache) past.feature.index += 100000;
   cube.state(0).velocity = Vec3(0, -g * dt, 0);
   find_speculative_targets(dt, OrientationUpdate::exact, cube.graph, cube.bodies, cube.contacts);
-  warm_start(memory, dt, cube.graph, cube.bodies, cube.contacts);
+  warm_start(cache, dt, cube.graph, cube.bodies, cube.contacts);
   EXPECT_EQ(cube.state(0).velocity, Vec3(0, -g * dt, 0));
 }
 
