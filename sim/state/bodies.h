@@ -1,5 +1,4 @@
-// The state of all rigid and deformable bodies together, the velocities of both kinds as one saved state, and
-// their momentum and energy.
+// The state of all rigid and deformable bodies together, and their momentum and energy.
 #pragma once
 
 #include <algorithm>
@@ -15,6 +14,7 @@
 #include "sim/embedding/embedded_particles.h"
 #include "sim/geometry/mesh/elements_around.h"
 #include "sim/rigid/rigid_bodies.h"
+#include "sim/state/generalized_velocity.h"
 
 namespace duet {
 
@@ -73,26 +73,6 @@ inline bool is_excluded_deformable(const Bodies& bodies, int rigid, int deformab
          std::binary_search(bodies.collision_exclusions_deformable.begin(),
                             bodies.collision_exclusions_deformable.end(), std::pair(rigid, deformable));
 }
-
-/// A saved velocity of every particle and rigid body. Rotation is stored as angular momentum, because an
-/// angular velocity that is saved before a change of orientation and restored after it would create energy.
-struct VelocityState {
-  std::vector<Vec3> particle;  ///< Velocity of every particle, m/s.
-  std::vector<Vec3> rigid;     ///< Velocity of the center of mass of every rigid body, m/s.
-  /// Rotation of every rigid body, see rotation_variable(): angular momentum L (kg m^2/s, world axes) of
-  /// dynamic bodies, angular velocity (rad/s) of the others.
-  std::vector<Vec3> rotation;
-};
-
-/// Copies the velocities of `bodies` to `out`, which is resized.
-void store_velocities(const Bodies& bodies, VelocityState& out);
-/// Sets the velocities of `bodies`. The angular velocity of dynamic bodies follows from L and the present
-/// orientation.
-void restore_velocities(const VelocityState& velocities, Bodies& bodies);
-/// Adds `change` to the velocities of `bodies`. The angular velocity of dynamic bodies follows from L.
-void add_velocities(const VelocityState& change, Bodies& bodies);
-/// Sets out = (present velocities of `bodies`) - base.
-void velocity_difference(const Bodies& bodies, const VelocityState& base, VelocityState& out);
 
 /// Linear and angular momentum.
 struct Momentum {
