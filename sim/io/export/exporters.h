@@ -27,7 +27,8 @@ using ExportNotes = std::vector<std::string>;
 /// written. Throws FileError.
 ExportNotes export_glb(const ExportedRun& run, const FormatOptions& options, const fs::path& file);
 
-/// Writes a USD stage as text (.usda) with time samples, in a folder with the files that it refers to.
+/// Writes a USD stage as text (.usda), in a folder with the files that it refers to. Long runs, and all with
+/// FormatOptions::compress, have the values of each frame in a binary file of value clips (.usdc).
 /// Throws Error (usage) once it exceeds FormatOptions::max_bytes, and FileError.
 ExportNotes export_usd(const ExportedRun& run, const FormatOptions& options, const fs::path& folder);
 

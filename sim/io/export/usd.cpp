@@ -1,5 +1,5 @@
-// Writes a USD stage in a folder: run.usda, and a file a frame if the bodies have many values. The stage
-// reads these files as value clips, so that neither writer nor readers have to hold more than a frame.
+// Writes a USD stage in a folder: run.usda, and a binary file a frame if the bodies have many values. The
+// stage reads these files as value clips, so that neither writer nor readers have to hold more than a frame.
 #include "sim/io/export/usd.h"
 
 #include <algorithm>
@@ -33,20 +33,14 @@ class UsdStage {
 
  private:
   // Values of a deformable body at a frame, by the number of the attribute.
-  using Texts = std::array<std::string, usd_attribute_count>;
+  using Values = std::array<UsdData, usd_attribute_count>;
 
   void read_frames();
-  void write_frame(int frame, const std::vector<Texts>& values);
+  void write_frame(int frame, const std::vector<Values>& values);
   void write_clip_manifest();
   void write_root();
   void write_deformable(OutputFile& out, std::size_t deformable);
   void write_file(const fs::path& path, const std::string& text);
-  // Returns a layer of overrides for the prims of bodies that move. rigid(body) returns the lines of the
-  // transform of a rigid body, deformable(index, attribute) an attribute of a deformable body, whose index
-  // counts deformable bodies alone; an empty text leaves it out.
-  template <class Rigid, class Deformable>
-  std::string overs(Rigid&& rigid, Deformable&& deformable) const;
-  std::string head() const;
   std::string shape(std::size_t body) const;
   std::string rigid_body(std::size_t body) const;
   std::string body_start(std::size_t body) const;
@@ -73,7 +67,7 @@ class UsdStage {
 
 bool is_still(const ExportedBody& body) { return body.kind == "static"; }
 
-std::string frame_file(int frame) { return fmt::format("frames/{:04}.usda", frame); }
+std::string frame_file(int frame) { return fmt::format("frames/{:04}.usdc", frame); }
 
 UsdStage::UsdStage(const ExportedRun& run, const FormatOptions& options, const fs::path& folder,
                    std::uint64_t max_inline_bytes)
@@ -96,7 +90,7 @@ UsdStage::UsdStage(const ExportedRun& run, const FormatOptions& options, const f
     deformable_bodies_.push_back(i);
   }
   samples_.resize(deformables_.size());
-  has_clips_ = bytes > max_inline_bytes && frames > 1;
+  has_clips_ = bytes > 0 && (options.compress || (bytes > max_inline_bytes && frames > 1));
 }
 
 void UsdStage::write() {
@@ -110,54 +104,50 @@ void UsdStage::read_frames() {
   for (const int frame : run_.frames()) {
     const FrameValues values = run_.read(frame);
     poses_.add(values);
-    std::vector<Texts> texts;
-    for (UsdDeformable& body : deformables_) texts.push_back(body.at(values));
-    for (std::size_t k = 0; k < usd_attribute_count && !texts.empty(); ++k)
-      is_there_[k] = is_there_[k] || !texts.front()[k].empty();
+    std::vector<Values> data;
+    data.reserve(deformables_.size());
+    for (UsdDeformable& body : deformables_) data.push_back(body.at(values));
+    for (std::size_t k = 0; k < usd_attribute_count && !data.empty(); ++k)
+      is_there_[k] = is_there_[k] || !std::holds_alternative<std::monostate>(data.front()[k]);
     if (has_clips_) {
-      write_frame(frame, texts);
+      write_frame(frame, data);
       continue;
     }
-    for (std::size_t i = 0; i < texts.size(); ++i)
+    for (std::size_t i = 0; i < data.size(); ++i)
       for (std::size_t k = 0; k < usd_attribute_count; ++k)
-        if (!texts[i][k].empty()) samples_[i][k].add(frame, std::move(texts[i][k]));
+        if (std::string text = usd_value_text(k, data[i][k]); !text.empty())
+          samples_[i][k].add(frame, std::move(text));
   }
 }
 
-template <class Rigid, class Deformable>
-std::string UsdStage::overs(Rigid&& rigid, Deformable&& deformable) const {
-  std::string text = "#usda 1.0\n\nover \"run\"\n{\n    over \"bodies\"\n    {\n";
+// Writes the file of a frame: overrides for the prims of the bodies that move.
+void UsdStage::write_frame(int frame, const std::vector<Values>& values) {
+  constexpr auto translate = static_cast<std::size_t>(UsdValue::translate);
+  UsdCrate layer(frame);
+  layer.begin_prim("run");
+  layer.begin_prim("bodies");
   std::size_t next = 0;
   for (std::size_t i = 0; i < names_.size(); ++i) {
     const ExportedBody& body = run_.bodies()[i];
     if (is_still(body)) continue;
-    text += fmt::format("        over \"{}\"\n        {{\n", names_[i]);
+    layer.begin_prim(names_[i]);
     if (body.is_rigid()) {
-      text += rigid(i) + "        }\n";
-      continue;
+      const PoseTrack& track = poses_.of(i);
+      layer.add(usd_translate, track.positions.back());
+      layer.add(usd_orient, track.orientations.back());
+    } else {
+      const Values& of_body = values[next++];
+      layer.add(usd_declaration(translate), of_body[translate]);
+      layer.begin_prim(names_[i]);
+      for (std::size_t k = translate + 1; k < usd_attribute_count; ++k)
+        layer.add(usd_declaration(k), of_body[k]);
+      layer.end_prim();
     }
-    text += fmt::format("{0}{1}\n\n{0}over \"mesh\"\n{0}{{\n", body_indent,
-                        deformable(next, static_cast<std::size_t>(UsdValue::translate)));
-    for (std::size_t k = 1; k < usd_attribute_count; ++k)
-      if (const std::string line = deformable(next, k); !line.empty()) text += mesh_indent + line + "\n";
-    text += body_indent + "}\n        }\n";
-    ++next;
+    layer.end_prim();
   }
-  return text + "    }\n}\n";
-}
-
-void UsdStage::write_frame(int frame, const std::vector<Texts>& values) {
-  const auto sample = [&](const std::string& declaration, const std::string& value) {
-    return fmt::format("{}.timeSamples = {{ {}: {} }}", declaration, frame, value);
-  };
-  const auto rigid = [&](std::size_t body) {
-    const PoseTrack& track = poses_.of(body);
-    return body_indent + sample(usd_translate, usd_tuple(track.positions.back())) + "\n" + body_indent +
-           sample(usd_orient, usd_tuple(track.orientations.back())) + "\n";
-  };
-  write_file(folder_ / frame_file(frame), overs(rigid, [&](std::size_t i, std::size_t k) {
-               return values[i][k].empty() ? std::string() : sample(usd_declaration(k), values[i][k]);
-             }));
+  layer.end_prim();
+  layer.end_prim();
+  write_file(folder_ / frame_file(frame), layer.finish());
 }
 
 // Returns the lines that declare the attributes of a transform. They have no values, which would hide those
@@ -166,11 +156,25 @@ std::string declared_transform() {
   return fmt::format("{0}{1}\n{0}{2}\n", body_indent, usd_translate, usd_orient);
 }
 
+// Writes the manifest of the value clips: declarations of all attributes that their files have.
 void UsdStage::write_clip_manifest() {
-  write_file(
-      folder_ / "frames" / "manifest.usda",
-      overs([](std::size_t) { return declared_transform(); },
-            [&](std::size_t, std::size_t k) { return is_there_[k] ? usd_declaration(k) : std::string(); }));
+  constexpr auto translate = static_cast<std::size_t>(UsdValue::translate);
+  std::string text = "#usda 1.0\n\nover \"run\"\n{\n    over \"bodies\"\n    {\n";
+  for (std::size_t i = 0; i < names_.size(); ++i) {
+    const ExportedBody& body = run_.bodies()[i];
+    if (is_still(body)) continue;
+    text += fmt::format("        over \"{}\"\n        {{\n", names_[i]);
+    if (body.is_rigid()) {
+      text += declared_transform() + "        }\n";
+      continue;
+    }
+    text +=
+        fmt::format("{0}{1}\n\n{0}over \"{2}\"\n{0}{{\n", body_indent, usd_declaration(translate), names_[i]);
+    for (std::size_t k = translate + 1; k < usd_attribute_count; ++k)
+      if (is_there_[k]) text += mesh_indent + usd_declaration(k) + "\n";
+    text += body_indent + "}\n        }\n";
+  }
+  write_file(folder_ / "frames" / "manifest.usda", text + "    }\n}\n");
 }
 
 void UsdStage::write_file(const fs::path& path, const std::string& text) {
@@ -192,7 +196,7 @@ void UsdStage::put(OutputFile& out, const std::string& text) {
 
 void UsdStage::write_root() {
   OutputFile out(folder_ / "run.usda");
-  put(out, head());
+  put(out, usd_stage_head(run_));
   put(out, "class Scope \"shapes\"\n{\n");
   for (std::size_t i = 0; i < names_.size(); ++i)
     if (run_.bodies()[i].is_rigid() && first_same_[i] == i) put(out, shape(i));
@@ -204,19 +208,6 @@ void UsdStage::write_root() {
   put(out, "    }\n" + materials() + lights());
   put(out, usd_camera(camera_track(run_, poses_.times()), run_) + "}\n");
   out.close();
-}
-
-std::string UsdStage::head() const {
-  const Manifest& manifest = run_.manifest();
-  return fmt::format(
-      "#usda 1.0\n(\n    customLayerData = {{\n        string generator = {}\n"
-      "        string title = {}\n        int[] missingFrames = {}\n    }}\n"
-      "    defaultPrim = \"run\"\n    endTimeCode = {}\n    framesPerSecond = {}\n"
-      "    metersPerUnit = {}\n    startTimeCode = {}\n    timeCodesPerSecond = {}\n"
-      "    upAxis = \"{}\"\n)\n\n",
-      usd_string(program_text(manifest.origin)), usd_string(manifest.title), usd_array(run_.missing()),
-      run_.frames().back(), manifest.fps, 1 / run_.scale(), run_.frames().front(), manifest.fps,
-      run_.up() == 'z' ? 'Z' : 'Y');
 }
 
 // Returns the mesh in /shapes to which all rigid bodies with the surface of this one refer.
@@ -238,12 +229,13 @@ std::string UsdStage::body_start(std::size_t body) const {
       names_[body], display, body_indent, body_indent, run_.bodies()[body].kind, body_indent);
 }
 
-// Returns the beginning of the body's mesh, up to the attributes that are its own.
+// Returns the beginning of the body's mesh, up to the attributes that are its own. It has the name of the
+// body's prim, because Blender makes one object of both and gives it the name of the mesh.
 std::string UsdStage::mesh_start(std::size_t body) const {
   const ExportedBody& exported = run_.bodies()[body];
   const auto material = materials_.find(exported.look);
   const bool has_material = material != materials_.end();
-  std::string text = "\n" + body_indent + "def Mesh \"mesh\" (\n";
+  std::string text = fmt::format("\n{}def Mesh \"{}\" (\n", body_indent, names_[body]);
   if (has_material) text += mesh_indent + "prepend apiSchemas = [\"MaterialBindingAPI\"]\n";
   if (exported.is_rigid())
     text += fmt::format("{}prepend references = </shapes/{}>\n", mesh_indent, names_[first_same_[body]]);
@@ -294,7 +286,9 @@ std::string UsdStage::clips() const {
   add(fmt::format("asset[] assetPaths = [{}]", fmt::join(files, ", ")));
   add("asset manifestAssetPath = @./frames/manifest.usda@");
   add(fmt::format("string primPath = \"{}\"", bodies_path));
-  add(fmt::format("double2[] times = [({0}, {0}), ({1}, {1})]", run_.frames().front(), run_.frames().back()));
+  const int first = run_.frames().front(), last = run_.frames().back();
+  add(first == last ? fmt::format("double2[] times = [({0}, {0})]", first)
+                    : fmt::format("double2[] times = [({0}, {0}), ({1}, {1})]", first, last));
   return text + "            }\n        }\n";
 }
 
@@ -317,12 +311,8 @@ std::string UsdStage::lights() const {
 
 bool is_patterned(const scene::Look& look) { return !look.pattern.empty() || !look.spots.empty(); }
 
-ExportNotes notes_of(const ExportedRun& run, const FormatOptions& options) {
+ExportNotes notes_of(const ExportedRun& run) {
   ExportNotes notes;
-  if (options.compress)
-    notes.emplace_back(
-        "usd is written as text: --compress changes nothing (usdcat, which comes with USD, makes "
-        "binary .usdc files of it)");
   if (!run.missing().empty())
     notes.push_back(
         fmt::format("{} frames are missing (the first is {})", run.missing().size(), run.missing().front()));
@@ -340,7 +330,7 @@ ExportNotes export_usd(const ExportedRun& run, const FormatOptions& options, con
                        std::uint64_t max_inline_bytes) {
   UsdStage stage(run, options, folder, max_inline_bytes);
   stage.write();
-  return notes_of(run, options);
+  return notes_of(run);
 }
 
 ExportNotes export_usd(const ExportedRun& run, const FormatOptions& options, const fs::path& folder) {

@@ -22,10 +22,10 @@ bool has_vertex_normals(const Surface& surface) {
          corners(surface, &Corner::normal) == corners(surface, &Corner::position);
 }
 
-std::string extent_text(const std::vector<Vec3f>& points) {
+std::vector<Vec3f> extent_of(const std::vector<Vec3f>& points) {
   Eigen::AlignedBox3f box;
   for (const Vec3f& x : points) box.extend(x);
-  return box.isEmpty() ? "[(0, 0, 0), (0, 0, 0)]" : usd_array(std::vector<Vec3f>{box.min(), box.max()});
+  return box.isEmpty() ? std::vector<Vec3f>(2, Vec3f::Zero()) : std::vector<Vec3f>{box.min(), box.max()};
 }
 
 }  // namespace
@@ -54,7 +54,7 @@ std::string usd_rest_shape(const Surface& surface, const std::string& indent) {
   for (const Vec3& x : surface.positions) points.push_back(x.cast<float>());
   return fmt::format(
       "{0}point3f[] points = {1}\n{0}float3[] extent = {2}\n{0}{3} = {4} ( interpolation = \"{5}\" )\n",
-      indent, usd_array(points), extent_text(points), usd_declaration(UsdValue::normals),
+      indent, usd_array(points), usd_array(extent_of(points)), usd_declaration(UsdValue::normals),
       usd_array(surface.normals), usd_normal_interpolation(surface));
 }
 
@@ -91,26 +91,42 @@ const char* usd_normal_interpolation(const Surface& surface) {
   return has_vertex_normals(surface) ? "vertex" : "faceVarying";
 }
 
-std::array<std::string, usd_attribute_count> UsdDeformable::at(const FrameValues& values) {
+std::string usd_value_text(std::size_t attribute, const UsdData& value) {
+  if (const auto* vector = std::get_if<Vec3>(&value)) return usd_tuple(*vector);
+  if (const auto* rotation = std::get_if<Quat>(&value)) return usd_tuple(*rotation);
+  if (const auto* numbers = std::get_if<std::vector<float>>(&value)) return usd_rounded_array(*numbers);
+  const auto* vectors = std::get_if<std::vector<Vec3f>>(&value);
+  if (vectors == nullptr) return {};
+  const bool is_normals = attribute == static_cast<std::size_t>(UsdValue::normals);
+  return is_normals ? usd_rounded_array(*vectors) : usd_array(*vectors);
+}
+
+std::array<UsdData, usd_attribute_count> UsdDeformable::at(const FrameValues& values) {
   place(body_, values, surface_);
   const Vec3& origin = local_.follow(surface_.positions);
-  points_.clear();
-  for (const Vec3& x : surface_.positions) points_.push_back((x - origin).cast<float>());
-  velocities(body_, values, velocities_);
-  std::array<std::string, usd_attribute_count> texts{
-      usd_tuple(origin), usd_array(points_), extent_text(points_), usd_rounded_array(surface_.normals),
-      usd_array(velocities_)};
-  const auto of_body = [&](const auto& all) {
+  std::vector<Vec3f> points, point_velocities;
+  points.reserve(surface_.positions.size());
+  for (const Vec3& x : surface_.positions) points.push_back((x - origin).cast<float>());
+  velocities(body_, values, point_velocities);
+  const auto of_body = [&, count = points.size()](const auto& all) {
     const auto first = all.begin() + static_cast<std::ptrdiff_t>(body_.first_point);
-    return std::decay_t<decltype(all)>(first, first + static_cast<std::ptrdiff_t>(points_.size()));
+    return std::decay_t<decltype(all)>(first, first + static_cast<std::ptrdiff_t>(count));
   };
+  std::array<UsdData, usd_attribute_count> data;
   for (std::size_t i = 0; i < std::size(point_values); ++i) {
     const PointValue& kind = point_values[i];
     if (!kind.is_in(values)) continue;
-    texts[usd_value_count + i] = kind.scalars ? usd_rounded_array(of_body(kind.scalars(values)))
-                                              : usd_array(of_body(kind.vectors(values)));
+    if (kind.scalars)
+      data[usd_value_count + i] = of_body(kind.scalars(values));
+    else
+      data[usd_value_count + i] = of_body(kind.vectors(values));
   }
-  return texts;
+  data[static_cast<std::size_t>(UsdValue::translate)] = origin;
+  data[static_cast<std::size_t>(UsdValue::extent)] = extent_of(points);
+  data[static_cast<std::size_t>(UsdValue::points)] = std::move(points);
+  data[static_cast<std::size_t>(UsdValue::normals)] = surface_.normals;
+  data[static_cast<std::size_t>(UsdValue::velocities)] = std::move(point_velocities);
+  return data;
 }
 
 std::uint64_t usd_frame_bytes(const ExportedBody& body) {

@@ -1,4 +1,4 @@
-// Bodies in the text format of USD: meshes, and the values of deformable bodies at frames.
+// Bodies in USD: meshes in its text format, and the values of deformable bodies at frames.
 #pragma once
 
 #include <array>
@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "sim/io/export/tracks.h"
+#include "sim/io/export/usd_crate.h"
 #include "sim/io/export/usd_text.h"
 
 namespace duet::io {
@@ -49,7 +50,12 @@ std::string usd_metadata(std::size_t attribute, const Surface& surface);
 /// "faceVarying"; usd_topology() then writes the index of the normal of each corner.
 const char* usd_normal_interpolation(const Surface& surface);
 
-/// Text of the values of one deformable body from frame to frame.
+/// Returns the text of a value of the attribute with this number. Normals have four digits after the point,
+/// values of points that are no vectors five significant digits, all others all digits. A value of the kind
+/// none has an empty text.
+std::string usd_value_text(std::size_t attribute, const UsdData& value);
+
+/// The values of one deformable body from frame to frame.
 class UsdDeformable {
  public:
   /// Begins before the first frame. `body` has to outlive the object.
@@ -57,15 +63,14 @@ class UsdDeformable {
 
   /// Returns the body.
   const ExportedBody& body() const { return body_; }
-  /// Returns the text of each attribute at a frame, by its number; empty if the frame lacks it. Frames have
+  /// Returns the value of each attribute at a frame, by its number; none if the frame lacks it. Frames have
   /// to come in order, because the translation follows the body (LocalOrigin).
-  std::array<std::string, usd_attribute_count> at(const FrameValues& values);
+  std::array<UsdData, usd_attribute_count> at(const FrameValues& values);
 
  private:
   const ExportedBody& body_;
   Surface surface_;
   LocalOrigin local_;
-  std::vector<Vec3f> points_, velocities_;
 };
 
 /// Estimates how many bytes of text the values of a moving body take at a frame.

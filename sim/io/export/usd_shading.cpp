@@ -53,6 +53,19 @@ std::string usd_transform(const std::string& indent, const std::vector<int>& fra
          usd_transform_order;
 }
 
+std::string usd_stage_head(const ExportedRun& run) {
+  const Manifest& manifest = run.manifest();
+  return fmt::format(
+      "#usda 1.0\n(\n    customLayerData = {{\n        string generator = {}\n"
+      "        string title = {}\n        int[] missingFrames = {}\n    }}\n"
+      "    defaultPrim = \"run\"\n    endTimeCode = {}\n    framesPerSecond = {}\n"
+      "    metersPerUnit = {}\n    startTimeCode = {}\n    timeCodesPerSecond = {}\n"
+      "    upAxis = \"{}\"\n)\n\n",
+      usd_string(program_text(manifest.origin)), usd_string(manifest.title), usd_array(run.missing()),
+      run.frames().back(), manifest.fps, 1 / run.scale(), run.frames().front(), manifest.fps,
+      run.up() == 'z' ? 'Z' : 'Y');
+}
+
 std::string usd_camera(const CameraTrack& track, const ExportedRun& run) {
   constexpr double height = 0.024;  // height of the picture, m: that of a 35 mm film
   // Clipping planes relative to the least and to the greatest distance of the target. A nearer range cuts

@@ -12,6 +12,10 @@ namespace duet::io {
 /// prim is called `identifier`, and `path` is that of the prim around it.
 std::string usd_material(const scene::Look& look, const std::string& identifier, const std::string& path);
 
+/// Returns the beginning of a stage: axes, unit, frames and their rate, title and missing frames of the run.
+/// Its default prim is "run".
+std::string usd_stage_head(const ExportedRun& run);
+
 /// Returns a Camera whose focal length is 24 mm / (2 tan(vertical_fov / 2)), with a picture 24 mm high.
 /// Both are written in tenths of the stage's unit, as the schema of UsdGeomCamera demands.
 std::string usd_camera(const CameraTrack& track, const ExportedRun& run);

@@ -1,15 +1,13 @@
-// Tests of USD stages, which are read back with a small reader of the text that the exporter writes: what a
-// stage shows at each frame is where the run has it. tools/check-exports opens stages with Pixar's library.
+// Tests of USD stages, which are read back with a small reader of what the exporter writes: what a stage
+// shows at each frame is where the run has it. tools/check-exports opens stages with Pixar's library.
 #include "sim/io/export/usd.h"
 
 #include <cmath>
-#include <map>
 #include <numbers>
-#include <set>
-#include <sstream>
 
 #include "tests/support/recorded_run.h"
 #include "tests/support/scenes.h"
+#include "tests/support/usd_reader.h"
 #include <gtest/gtest.h>
 
 #include "sim/base/files.h"
@@ -19,133 +17,11 @@
 namespace duet::io::usd_test {
 namespace {
 
-// Key of values that hold for all frames.
-constexpr int no_frame = -1;
-
-std::string trimmed(const std::string& line) {
-  const std::size_t begin = line.find_first_not_of(' ');
-  return begin == std::string::npos ? "" : line.substr(begin, line.find_last_not_of(" ,") - begin + 1);
-}
-
-std::string quoted(const std::string& line) {
-  const std::size_t begin = line.find('"') + 1;
-  return line.substr(begin, line.find('"', begin) - begin);
-}
-
-// Reader of a stage: the values of attributes as text, by path of the prim, name and frame, and the lines of
-// metadata of prims.
-class Usda {
- public:
-  explicit Usda(const fs::path& path) : lines_(read_file(path)) {
-    std::string line;
-    EXPECT_TRUE(next(line));
-    EXPECT_EQ(line, "#usda 1.0");
-    while (next(line)) read_line(line);
-    EXPECT_TRUE(path_.empty()) << "prims are closed";
-  }
-
-  bool has_prim(const std::string& path) const { return prims_.contains(path); }
-  const std::vector<std::string>& prims() const { return in_order_; }
-  const std::string& metadata(const std::string& path) const { return prims_.at(path); }
-
-  bool has(const std::string& prim, const std::string& name) const {
-    return values_.contains(prim + "." + name);
-  }
-  // Returns the value of an attribute at a frame by the interpolation of stages. A frame between two others
-  // of the same value may have none of its own.
-  std::string text(const std::string& prim, const std::string& name, int frame) const {
-    const auto found = values_.find(prim + "." + name);
-    if (found == values_.end()) {
-      ADD_FAILURE() << "no " << prim << "." << name;
-      return {};
-    }
-    const auto after = found->second.upper_bound(frame);
-    EXPECT_NE(after, found->second.begin());
-    const auto at = std::prev(after);
-    EXPECT_TRUE(at->first == no_frame || at->first == frame || after == found->second.end() ||
-                after->second == at->second)
-        << prim << "." << name << " has no value at frame " << frame;
-    return at->second;
-  }
-  std::size_t samples(const std::string& prim, const std::string& name) const {
-    return values_.at(prim + "." + name).size();
-  }
-  std::vector<double> numbers(const std::string& prim, const std::string& name, int frame = 0) const {
-    std::string plain = text(prim, name, frame);
-    for (char& c : plain)
-      if (std::string("[](),").find(c) != std::string::npos) c = ' ';
-    std::istringstream in(plain);
-    std::vector<double> result;
-    for (std::string word; in >> word;) result.push_back(std::strtod(word.c_str(), nullptr));
-    return result;
-  }
-  std::vector<Vec3> vectors(const std::string& prim, const std::string& name, int frame = 0) const {
-    const std::vector<double> all = numbers(prim, name, frame);
-    std::vector<Vec3> result;
-    for (std::size_t i = 0; i + 2 < all.size(); i += 3) result.emplace_back(all[i], all[i + 1], all[i + 2]);
-    return result;
-  }
-
- private:
-  bool next(std::string& line) {
-    if (!std::getline(lines_, line)) return false;
-    line = trimmed(line);
-    return true;
-  }
-  std::string here() const {
-    std::string path;
-    for (const std::string& name : path_) path += "/" + name;
-    return path;
-  }
-  void read_line(const std::string& line) {
-    if (line.starts_with("def ") || line.starts_with("over ") || line.starts_with("class ")) {
-      path_.push_back(quoted(line));
-      in_order_.push_back(here());
-      EXPECT_TRUE(prims_.emplace(here(), line.ends_with("(") ? block(")") : "").second)
-          << here() << " is twice";
-    } else if (line == "}") {
-      path_.pop_back();
-    } else if (line == "(") {
-      prims_["/"] = block(")");
-    } else if (line.find(" = ") != std::string::npos) {
-      read_value(line);
-    }
-  }
-  std::string block(const std::string& end) {
-    std::string text, line;
-    while (next(line) && line != end) text += line + "\n";
-    return text;
-  }
-  void read_value(const std::string& line) {
-    const std::size_t equals = line.find(" = ");
-    std::string name = line.substr(0, equals), value = line.substr(equals + 3);
-    name = name.substr(name.rfind(' ') + 1);
-    const std::string mark = ".timeSamples";
-    if (!name.ends_with(mark)) {
-      if (const std::size_t end = value.find("] ("); end != std::string::npos) value.resize(end + 1);
-      if (name == "interpolation") return;
-      values_[here() + "." + name][no_frame] = value;
-      return;
-    }
-    name.resize(name.size() - mark.size());
-    auto& samples = values_[here() + "." + name];
-    const auto add = [&](const std::string& sample) {
-      const std::size_t colon = sample.find(": ");
-      samples[std::stoi(sample.substr(0, colon))] = sample.substr(colon + 2);
-    };
-    if (value != "{") return add(trimmed(value.substr(1, value.size() - 2)));
-    for (std::string sample; next(sample) && sample != "}";) add(sample);
-  }
-
-  std::istringstream lines_;
-  std::vector<std::string> path_, in_order_;
-  std::map<std::string, std::string> prims_;
-  std::map<std::string, std::map<int, std::string>> values_;
-};
+using test::Usda;
 
 std::string frame_name(int frame) {
   std::string digits = std::to_string(frame);
-  return "frames/" + std::string(4 - digits.size(), '0') + digits + ".usda";
+  return "frames/" + std::string(4 - digits.size(), '0') + digits + ".usdc";
 }
 
 double size_of(const Surface& surface) {
@@ -191,7 +67,8 @@ void expect_same_faces(const Usda& usda, const std::string& mesh, const Surface&
 // Checks a quantity at the points of a deformable body: numbers have five digits, vectors all of them.
 void expect_same_values(const PointValue& kind, const ExportedBody& body, const FrameValues& values,
                         const Usda& usda, int frame) {
-  const std::string mesh = "/run/bodies/" + body.name + "/mesh", name = std::string("primvars:") + kind.name;
+  const std::string mesh = "/run/bodies/" + body.name + "/" + body.name,
+                    name = std::string("primvars:") + kind.name;
   const std::size_t first = body.first_point, count = body.rest.positions.size();
   if (kind.scalars) {
     const std::vector<double> written = usda.numbers(mesh, name, frame);
@@ -217,7 +94,7 @@ void expect_same_motion(const fs::path& folder, const ExportedRun& run, bool has
     const Usda clip(has_clips ? folder / frame_name(frame) : folder / "run.usda");
     for (const ExportedBody& body : run.bodies()) {
       SCOPED_TRACE(body.name + " at frame " + std::to_string(frame));
-      const std::string prim = "/run/bodies/" + body.name, mesh = prim + "/mesh";
+      const std::string prim = "/run/bodies/" + body.name, mesh = prim + "/" + body.name;
       Surface surface = body.rest;
       place(body, values, surface);
       const std::string& metadata = root.metadata(mesh);
@@ -267,10 +144,10 @@ ExportedRun exported(const RunDirectory& run, const scene::Scene& scene, const E
 
 // Writes into a folder that exists, as the command does.
 ExportNotes write(const ExportedRun& run, const fs::path& folder,
-                  std::uint64_t max_inline_bytes = usd_max_inline_bytes) {
+                  std::uint64_t max_inline_bytes = usd_max_inline_bytes, const FormatOptions& options = {}) {
   fs::remove_all(folder);
   create_folder(folder);
-  return export_usd(run, {}, folder, max_inline_bytes);
+  return export_usd(run, options, folder, max_inline_bytes);
 }
 
 TEST(Usd, ShowsEveryVertexOfEveryFrame) {
@@ -283,7 +160,7 @@ TEST(Usd, ShowsEveryVertexOfEveryFrame) {
   const Usda usda(scratch / "usd" / "run.usda");
   EXPECT_EQ(usda.samples("/run/bodies/floor", "xformOp:orient"), 1U);
   EXPECT_EQ(usda.samples("/run/bodies/box1", "xformOp:orient"), 5U);
-  EXPECT_EQ(usda.samples("/run/bodies/cloth/mesh", "points"), 5U);
+  EXPECT_EQ(usda.samples("/run/bodies/cloth/cloth", "points"), 5U);
   const std::string& head = usda.metadata("/");
   for (const char* line :
        {"defaultPrim = \"run\"", "upAxis = \"Y\"", "metersPerUnit = 1\n", "startTimeCode = 0\n",
@@ -298,12 +175,54 @@ TEST(Usd, LongRunsHaveAFileAFrame) {
   EXPECT_TRUE(write(run, scratch / "usd", 1000).empty());
   expect_same_motion(scratch / "usd", run, true, 1e-7);
   const Usda root(scratch / "usd" / "run.usda"), manifest(scratch / "usd" / "frames" / "manifest.usda");
-  EXPECT_FALSE(root.has("/run/bodies/cloth/mesh", "points")) << "it would hide the clips' values";
+  EXPECT_FALSE(root.has("/run/bodies/cloth/cloth", "points")) << "it would hide the clips' values";
   EXPECT_FALSE(root.has("/run/bodies/box1", "xformOp:translate"));
-  EXPECT_TRUE(manifest.has_prim("/run/bodies/cloth/mesh"));
+  EXPECT_TRUE(manifest.has_prim("/run/bodies/cloth/cloth"));
   const std::string& clips = root.metadata("/run/bodies");
   EXPECT_NE(clips.find("active = [(0, 0), (1, 1), (2, 2), (3, 3), (4, 4)]"), std::string::npos) << clips;
-  EXPECT_NE(clips.find("@./frames/0004.usda@"), std::string::npos);
+  EXPECT_NE(clips.find("@./frames/0004.usdc@"), std::string::npos);
+}
+
+// --compress asks for binary values of each frame, however short the run is.
+TEST(Usd, CompressedRunsHaveBinaryValues) {
+  const ScratchFolder scratch;
+  const scene::Scene scene = test::one_of_each();
+  const RunDirectory directory = test::record_run(scene, 2, scratch / "run");
+  FormatOptions options;
+  options.compress = true;
+  for (const int last : {2, 0}) {
+    ExportChoice choice;
+    choice.last = last;
+    const ExportedRun run = exported(directory, scene, choice);
+    EXPECT_TRUE(write(run, scratch / "usd", usd_max_inline_bytes, options).empty());
+    expect_same_motion(scratch / "usd", run, true, 1e-7);
+  }
+  ExportChoice still;
+  still.bodies = {"floor"};
+  const ExportedRun run = exported(directory, scene, still);
+  EXPECT_TRUE(write(run, scratch / "usd", usd_max_inline_bytes, options).empty());
+  EXPECT_FALSE(fs::exists(scratch / "usd" / "frames")) << "nothing moves";
+}
+
+// The file of a frame takes little more than the floats of its values.
+TEST(Usd, FramesTakeAsManyBytesAsTheirFloats) {
+  const ScratchFolder scratch;
+  scene::Scene scene = test::free_space();
+  test::add_soft_box(scene, "soft", Vec3::Zero(), Vec3(1, 1, 1), 12);
+  const ExportedRun run = exported(test::record_run(scene, 1, scratch / "run"), scene);
+  FormatOptions options;
+  options.compress = true;
+  write(run, scratch / "usd", usd_max_inline_bytes, options);
+  const Usda clip(scratch / "usd" / frame_name(1));
+  std::size_t floats = 0;
+  const std::string mesh = "/run/bodies/soft/soft";
+  for (const char* name : {"points", "velocities", "primvars:normals"})
+    floats += clip.numbers(mesh, name, 1).size();
+  for (const PointValue& kind : point_values)
+    floats += clip.numbers(mesh, std::string("primvars:") + kind.name, 1).size();
+  EXPECT_GT(floats, 10'000U);
+  EXPECT_LT(static_cast<double>(fs::file_size(scratch / "usd" / frame_name(1))),
+            1.1 * static_cast<double>(sizeof(float) * floats));
 }
 
 // Floats at 10 km are 1 mm apart. Translations are doubles, so that shapes keep 1e-7 of their size.
@@ -387,8 +306,8 @@ TEST(Usd, AlikeBodiesShareTheirShape) {
   const ExportedRun run = exported(test::record_run(scene, 1, scratch / "run"), scene);
   write(run, scratch / "usd");
   const Usda usda(scratch / "usd" / "run.usda");
-  EXPECT_EQ(usda.metadata("/run/bodies/box1/mesh"), usda.metadata("/run/bodies/box2/mesh"));
-  EXPECT_NE(usda.metadata("/run/bodies/box1/mesh"), usda.metadata("/run/bodies/box3/mesh"));
+  EXPECT_EQ(usda.metadata("/run/bodies/box1/box1"), usda.metadata("/run/bodies/box2/box2"));
+  EXPECT_NE(usda.metadata("/run/bodies/box1/box1"), usda.metadata("/run/bodies/box3/box3"));
   EXPECT_TRUE(usda.has_prim("/shapes/box1"));
   EXPECT_FALSE(usda.has_prim("/shapes/box2"));
 }
@@ -414,7 +333,7 @@ TEST(Usd, CarriesLooksCameraAndLights) {
   const ExportedRun run = exported(test::record_run(scene, 3, scratch / "run"), scene);
   EXPECT_TRUE(write(run, scratch / "usd").empty());
   const Usda usda(scratch / "usd" / "run.usda");
-  EXPECT_EQ(usda.text("/run/bodies/box1/mesh", "material:binding", 0), "</run/materials/blue_glass>");
+  EXPECT_EQ(usda.text("/run/bodies/box1/box1", "material:binding", 0), "</run/materials/blue_glass>");
   EXPECT_NE(usda.metadata("/run/materials/blue_glass").find("displayName = \"blue glass\""),
             std::string::npos);
   const std::string surface = "/run/materials/blue_glass/surface";
@@ -464,7 +383,7 @@ TEST(Usd, NamesBecomeIdentifiersOfTheirOwn) {
             std::string::npos);
   EXPECT_NE(usda.metadata("/run/bodies/W__rfel____").find("displayName = \"Würfel 木\""), std::string::npos);
   const Usda clip(scratch / "usd" / frame_name(1));
-  EXPECT_TRUE(clip.has_prim("/run/bodies/a_b_4/mesh"));
+  EXPECT_TRUE(clip.has_prim("/run/bodies/a_b_4/a_b_4"));
 }
 
 TEST(Usd, RefusesStagesAboveTheBound) {
