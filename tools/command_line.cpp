@@ -286,7 +286,11 @@ void add_export(CLI::App& app, CommandLine& line) {
   app.add_option("--scale", options.scale, "Units of the export in a meter: 100 for centimeters")
       ->check(between(1e-6, 1e6))
       ->type_name("S");
-  app.add_flag("--compress", options.compress, "Smaller files, where the format can have them");
+  app.add_flag("--compress", options.compress, "Smaller files: usd and vtk");
+  app.add_option("--voxel", options.voxel,
+                 "vdb: level sets of deformable bodies, too, with voxels of this width in m")
+      ->check(between(1e-6, 1e6))
+      ->type_name("WIDTH");
   app.add_option("--max-size", options.max_megabytes,
                  "glb and usd: refuse to write more megabytes; default 2000 for glb")
       ->check(between(1e-3, 1e9))

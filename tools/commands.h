@@ -189,6 +189,7 @@ struct ExportOptions {
   double scale = 1;                     // units of the export in a meter
   bool compress = false;                // compress the files if the format can
   std::optional<double> max_megabytes;  // bound of the size for glb and usd; empty: that of the format
+  std::optional<double> voxel;          // width of the voxels of deformable bodies in vdb, m; empty: none
   bool overwrite = false;               // replace an existing export
 };
 

@@ -53,6 +53,8 @@ constexpr std::array formats = std::to_array<Format>({
      "a Blender scene, which Blender makes where it is installed"},
     {"vtk", nullptr, true, false, false, io::export_vtk,
      "VTK poly data with velocity, displacement, strain, stress and contact: ParaView"},
+    {"vdb", nullptr, false, false, false, io::export_vdb,
+     "OpenVDB level sets of shapes, and a USD stage that moves them: Houdini, Blender"},
 });
 
 // Scenes may ask for all formats, and for no others.
@@ -63,8 +65,7 @@ static_assert(std::equal(formats.begin(), formats.end(), scene::export_formats.b
 // Formats that users ask for and that are not written, with the alternative.
 constexpr std::pair<const char*, const char*> refused[] = {
     {"abc",
-     "Alembic is not written: Debian has no Alembic library (usd, pc2 and mdd hold moving meshes, too)"},
-    {"vdb", "the level sets need no export: the run's folder levelset/ holds them as OpenVDB files"}};
+     "Alembic is not written: Debian has no Alembic library (usd, pc2 and mdd hold moving meshes, too)"}};
 
 // Finds a format by its name. Throws Error (usage) with a similar name if there is none.
 const Format& find_format(const std::string& name) {
@@ -135,6 +136,9 @@ void require_applicable(const ExportOptions& options, const Format& format) {
   if (options.max_megabytes && !format.has_bound)
     throw Error(ExitStatus::usage,
                 fmt::format("--max-size: has no effect on {} (glb and usd have a bound)", format.name));
+  if (options.voxel && format.name != std::string_view("vdb"))
+    throw Error(ExitStatus::usage,
+                fmt::format("--voxel: has no effect on {} (only vdb has voxels)", format.name));
   if (options.compress && !format.can_compress)
     throw Error(
         ExitStatus::usage,
@@ -201,6 +205,7 @@ Outcome export_run(const ExportOptions& options, Report& report) {
   try {
     io::FormatOptions how;
     how.compress = options.compress;
+    how.voxel = options.voxel.value_or(0);
     if (options.max_megabytes) how.max_bytes = static_cast<std::uint64_t>(*options.max_megabytes * 1e6);
     notes = format.write(exported, how, staging.path());
     const fs::path description = staging.path() / description_name;

@@ -1,35 +1,17 @@
 #include "sim/io/level_set_writer.h"
 
 #include <cmath>
-#include <sstream>
 
-#include <openvdb/io/Archive.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/SignedFloodFill.h>
 
 #include "sim/base/files.h"
+#include "sim/io/vdb_file.h"
 
 namespace duet::io {
 namespace {
 
-// Half the width of the narrow band, voxels. 3 is the default of OpenVDB, which level-set tools expect
-// (LEVEL_SET_HALF_WIDTH). The size of a file is proportional to it.
-constexpr int half_band = 3;
-
-// Writes grids into memory, so that the file can be written like all others: checked and atomically.
-// OpenVDB's own file writer does not notice a full disk. `seekable` keeps the table of grid offsets that
-// other programs read.
-class MemoryArchive : public openvdb::io::Archive {
- public:
-  std::string bytes(const openvdb::GridCPtrVec& grids) const {
-    std::ostringstream out(std::ios::binary);
-    Archive::write(out, grids, /*seekable=*/true);
-    return std::move(out).str();
-  }
-
- private:
-  using Archive::write;
-};
+constexpr int half_band = vdb_half_band;
 
 // Samples one block of voxels, whose first voxel is `origin`. Voxels with |distance| < half_band voxels are
 // active; all others are inactive and hold the background with the sign of the distance. A block without
@@ -94,7 +76,7 @@ void write_or_remove(const RunDirectory& run, const fs::path& path, const openvd
   if (grids.empty()) {
     run.remove(path);
   } else {
-    run.write(path, MemoryArchive().bytes(grids));
+    run.write(path, vdb_bytes(grids));
   }
 }
 

@@ -9,8 +9,8 @@
 namespace duet::scene {
 
 /// Names of the formats of other programs that `duet export` writes.
-inline constexpr std::array<std::string_view, 9> export_formats{"transforms", "obj", "ply",   "pc2", "mdd",
-                                                                "glb",        "usd", "blend", "vtk"};
+inline constexpr std::array<std::string_view, 10> export_formats{"transforms", "obj", "ply",   "pc2", "mdd",
+                                                                 "glb",        "usd", "blend", "vtk", "vdb"};
 
 /// The table [output].
 struct Output {

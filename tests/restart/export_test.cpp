@@ -21,7 +21,7 @@
 namespace duet::test::export_test {
 namespace {
 
-const std::vector<std::string> formats = {"transforms", "obj", "ply", "pc2", "mdd", "vtk"};
+const std::vector<std::string> formats = {"transforms", "obj", "ply", "pc2", "mdd", "vtk", "vdb"};
 
 class Export : public SimulatedRun {
  protected:
@@ -174,7 +174,8 @@ TEST_F(Export, NamesFramesThatAreNotThere) {
 TEST_F(Export, RefusesWhatItCannotDo) {
   simulate(tiny, {"--frames", "1"});
   refuse(2, "abc", {}, "Debian has no Alembic library");
-  refuse(2, "vdb", {}, "levelset/");
+  refuse(2, "obj", {"--voxel", "0.1"}, "only vdb has voxels");
+  refuse(2, "vdb", {"--voxel", "1e-6"}, "or wider");
   refuse(2, "objj", {}, "did you mean `obj`?");
   for (const char* scale : {"0", "-1", "nan", "inf", "1e300", "x"})
     refuse(2, "obj", {"--scale", scale}, "--scale");
@@ -182,7 +183,8 @@ TEST_F(Export, RefusesWhatItCannotDo) {
   refuse(2, "obj", {"--frames", "3:1"}, "A <= B");
   for (const std::string& format : formats)
     if (format != "vtk") refuse(2, format, {"--compress"}, format + " files are not compressed");
-  EXPECT_EQ(duet_export("vtk", {"--compress"}).status, 0);
+  for (const char* format : {"vtk", "usd"})
+    EXPECT_EQ(duet_export(format, {"--compress"}).status, 0) << format;
   refuse(4, "vtk", {"--out", "/proc/duet-test"}, "cannot");
   const Finished nowhere = run_duet({"export", "nowhere", "--to", "obj"}, scratch.path());
   EXPECT_EQ(nowhere.status, 4);
@@ -225,7 +227,7 @@ TEST_F(Export, AFullDiskLeavesNothing) {
   ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);
   std::signal(SIGXFSZ, SIG_IGN);
   for (const std::string& format : formats) {
-    const rlimit limit{format == "transforms" ? 4000U : 150'000U, before.rlim_max};
+    const rlimit limit{format == "transforms" || format == "vdb" ? 4000U : 150'000U, before.rlim_max};
     ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &limit), 0);
     refuse(4, format, {}, "cannot write: File too large");
     ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
@@ -315,7 +317,7 @@ TEST_F(Export, CommandsOfThePageRun) {
     EXPECT_EQ(finished.status, 0) << line << finished.errors;
     ++commands;
   }
-  EXPECT_EQ(commands, 8);
+  EXPECT_EQ(commands, 9);
 }
 
 bool shell_says(const std::string& command) {
@@ -387,7 +389,7 @@ TEST_F(Export, ABlenderSceneIsMadeByBlender) {
 TEST_F(Export, BlenderPlacesBodiesWhereTheirMeshesAre) {
   if (!shell_says("command -v blender")) GTEST_SKIP() << "blender is not installed";
   simulate(tiny, {"--frames", "10"});
-  ASSERT_EQ(duet_export("transforms").status, 0);
+  ASSERT_EQ(duet_export("vdb", {"--voxel", "0.03", "--up", "z", "--scale", "10"}).status, 0);
   Program program(
       {"-c", "blender -b --factory-startup --python-exit-code 1 --python tests/restart/blender_check.py -- " +
                  run.root.string()},

@@ -16,6 +16,8 @@ struct FormatOptions {
   /// Size beyond which nothing is written, bytes. 0: the bound of the format, 2e9 for GLB and none for USD.
   /// Other formats ignore it.
   std::uint64_t max_bytes = 0;
+  /// Width of the voxels of the level sets of deformable bodies, m; 0: they have none. For VDB alone.
+  double voxel = 0;
 };
 
 /// Sentences for the user that say what a format could not carry over, one for each kind of loss.
@@ -57,5 +59,12 @@ ExportNotes export_mdd(const ExportedRun& run, const FormatOptions& options, con
 /// Writes VTK poly data, 0000.vtp for each frame, and run.pvd with their times. FormatOptions::compress
 /// compresses by zlib. Throws Error (usage) if there are more vertices than 2^31, and FileError.
 ExportNotes export_vtk(const ExportedRun& run, const FormatOptions& options, const fs::path& folder);
+
+/// Writes level sets as OpenVDB files, run.usda, a USD stage that moves them, and the files of
+/// export_transforms(). shapes/NAME.vdb has the grid of a rigid body in the axes of its pose; bodies of one
+/// shape share it. With FormatOptions::voxel, frames/NAME.0000.vdb has that of a deformable body at a frame,
+/// in the axes of the export. Each file has one grid, called "surface". Throws Error (usage) if no body has a
+/// level set, or one would have too many voxels, and FileError.
+ExportNotes export_vdb(const ExportedRun& run, const FormatOptions& options, const fs::path& folder);
 
 }  // namespace duet::io
