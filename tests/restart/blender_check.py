@@ -1,10 +1,11 @@
 """blender -b --factory-startup --python-exit-code 1 --python blender_check.py -- RUN: imports the run and compares the
-bodies at every frame with the run's own meshes."""
+bodies at every frame with the run's own meshes, and the boxes of their level sets with theirs."""
 
 import os
 import sys
 
 import bpy
+from mathutils import Vector
 
 sys.dont_write_bytecode = True  # the folder of the sources stays as it is
 run = sys.argv[sys.argv.index("--") + 1]
@@ -33,6 +34,14 @@ for frame in range(scene.frame_start, scene.frame_end + 1):
             place = item.matrix_world @ vertex.co
             farthest = max(farthest, max(abs(a - b) for a, b in zip(place, point)))
         assert item.material_slots[0].material is not None, name
+        level_set = bpy.data.objects[name + " level set"].evaluated_get(bpy.context.evaluated_depsgraph_get())
+        assert level_set.data.grids.load() and level_set.data.grids[0].name == "surface", name
+        margin = 0.35  # m: a band of 3 voxels of 0.03 m, in blocks of 8 voxels
+        for k in range(3):
+            shown = [(level_set.matrix_world @ Vector(corner))[k] for corner in level_set.bound_box]
+            inner = [point[k] for point in points]
+            assert min(inner) - margin < min(shown) < min(inner), name
+            assert max(inner) < max(shown) < max(inner) + margin, name
     frames += 1
 assert farthest < 1e-5, farthest
 assert scene.camera is not None

@@ -7,8 +7,9 @@ As a script:   blender --python tools/blender/duet_import.py -- out/stack
 Rigid bodies become objects with keyed places and rotations, deformable ones meshes with a Mesh Cache modifier whose
 caches are written to RUN/export/blender. Frame numbers, frame rate and lengths (m) are those of the run; y up becomes
 Blender's z up. Materials, camera and lamps come from an export.json below RUN/export, which every folder that
-`duet export` writes has; without one, bodies have plain colors. The ground is a plane at its height in scene.toml,
-where Python can read that (3.11 and newer).
+`duet export` writes has; without one, bodies have plain colors. Level sets come from RUN/export/vdb, if it is there,
+as volumes that move with their bodies. The ground is a plane at its height in scene.toml, where Python can read that
+(3.11 and newer).
 """
 
 import array
@@ -397,6 +398,41 @@ def make_ground(height, collection):
     collection.objects.link(item)
 
 
+def make_level_sets(run, items, collection):
+    """Adds what `duet export RUN --to vdb` wrote: for a rigid body the grid of its shape, which moves with it, for a
+    deformable one a sequence. They are hidden in renders, where a level set is a fog. Returns their number."""
+    home = os.path.join(run.folder, "export", "vdb")
+    try:
+        with open(os.path.join(home, "export.json"), encoding="utf-8") as file:
+            found = json.load(file)
+    except OSError:
+        return 0
+    bodies = {body["name"]: item for body, item in zip(run.bodies, items)}
+    volumes = {}
+    first, made = found["first_frame"], 0
+    for body in found["bodies"]:
+        path = body.get("level_set") or body.get("level_sets")
+        if path is None:
+            continue
+        if path not in volumes:  # bodies of one shape share it
+            volumes[path] = bpy.data.volumes.new(body["name"] + " level set")
+            volumes[path].filepath = os.path.join(home, path.replace("####", f"{first:04}"))
+        volume = volumes[path]
+        item = bpy.data.objects.new(body["name"] + " level set", volume)
+        if "level_set" in body:
+            item.parent = bodies[body["name"]]
+        else:
+            volume.is_sequence = True
+            volume.frame_start, volume.frame_offset = first, first - 1
+            volume.frame_duration = found["last_frame"] - first + 1
+            item.rotation_euler = (math.pi / 2 if found["up"] == "y" else 0, 0, 0)
+        item.scale = [1 / found["units_per_meter"]] * 3
+        item.hide_render = True
+        collection.objects.link(item)
+        made += 1
+    return made
+
+
 def import_run(folder, scene=None):
     """Adds a collection with the run to the scene. Returns what was made, in a sentence. Raises ImportFailed."""
     run = Run(os.path.abspath(folder))
@@ -460,8 +496,11 @@ def import_run(folder, scene=None):
     height = run.ground_height()
     if height is not None:
         make_ground(height, collection)
+    level_sets = make_level_sets(run, items, collection)
     scene.frame_set(run.frames[0])
     said = f"{len(items)} bodies, frames {run.frames[0]} to {run.frames[-1]}, of {run.folder}"
+    if level_sets:
+        said += f"; {level_sets} level sets as volumes"
     if description is None:
         said += "; no looks, camera and lamps: `duet export RUN --to transforms` or another format writes them"
     return said
