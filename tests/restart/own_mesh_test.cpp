@@ -3,6 +3,7 @@
 // the file has.
 #include "sim/io/export/own_mesh.h"
 
+#include <algorithm>
 #include <array>
 #include <cstring>
 #include <sstream>
@@ -190,6 +191,33 @@ TEST(OwnMeshFiles, AnObjSequenceKeepsTheUsersPolygons) {
   const std::string materials = io::read_file(scratch / "run/export/obj/materials.mtl");
   for (const char* name : {"newmtl paint\n", "newmtl paint-2\n"})
     EXPECT_TRUE(contains(materials, name)) << name;
+}
+
+// What the page for users says: Blender imports the model as it suggests, and the modifier Mesh Cache plays
+// the run on it.
+TEST(OwnMeshFiles, BlenderPlaysTheCacheOnTheModel) {
+  const ScratchFolder scratch;
+  const auto shell = [&](const std::string& command) {
+    Program program({"-c", command}, source_folder(), "/bin/sh");
+    return finish(program);
+  };
+  if (shell("command -v blender").status != 0) GTEST_SKIP() << "blender is not installed";
+  io::write_atomically(scratch / "model.obj", model);
+  io::write_atomically(scratch / "model.toml", scene_text(0));
+  ASSERT_EQ(run_duet({"sim", "model.toml", "--out", "run", "--quiet"}, scratch.path()).status, 0);
+  for (const char* format : {"pc2", "obj"})
+    ASSERT_EQ(
+        run_duet({"export", "run", "--to", format, "--bodies", "soft", "--quiet"}, scratch.path()).status, 0);
+  const Finished played =
+      shell(fmt::format("blender -b --factory-startup --python-exit-code 1 --python "
+                        "tests/restart/blender_cache_check.py -- {0}/model.obj {0}/run/export/pc2/soft.pc2 "
+                        "{0}/run/export/obj",
+                        scratch.path().string()));
+  EXPECT_EQ(played.status, 0) << played.errors;
+  const bool compared = std::any_of(played.output.begin(), played.output.end(), [](const std::string& line) {
+    return line.starts_with("compared 5 frames of 6 polygons, 1 materials, 1 layer");
+  });
+  EXPECT_TRUE(compared);
 }
 
 std::string no_material(const std::string&) { return {}; }
