@@ -34,11 +34,11 @@ void require_size(std::uint64_t size, const FormatOptions& options) {
   if (size <= bound) return;
   throw Error(
       ExitStatus::usage,
-      fmt::format("the GLB file would have {:.3g} GB, and {} (export fewer --frames or --bodies, or as "
+      fmt::format("the GLB file would have {:.6g} MB, and {} (export fewer --frames or --bodies, or as "
                   "usd, which has a file a frame)",
-                  1e-9 * static_cast<double>(size),
+                  1e-6 * static_cast<double>(size),
                   bound == format_max_bytes
-                      ? std::string("the format ends at 4.29 GB")
+                      ? std::string("the format ends at 4290 MB")
                       : fmt::format("the bound is {:g} MB", 1e-6 * static_cast<double>(bound))));
 }
 
