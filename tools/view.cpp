@@ -61,12 +61,18 @@ Json read_columns(const io::RunDirectory& run, io::ExportNotes& notes) {
 Json surroundings(const scene::Scene& described, const io::Manifest& manifest, const Vec3& origin) {
   const auto json_of = [](const Vec3& v) { return Json{v.x(), v.y(), v.z()}; };
   const scene::Scene scene = render::with_default_view(described, manifest);
+  // The end of a color scale, if the pictures of the run have these colors.
+  const auto range_of = [&](scene::ColorBy color) {
+    return scene.render.color == color ? Json(scene.render.range_of_color()) : Json();
+  };
   Json object = {{"sky",
                   {{"zenith", json_of(scene.sky.zenith)},
                    {"horizon", json_of(scene.sky.horizon)},
                    {"intensity", scene.sky.intensity}}},
                  {"exposure", scene.render.exposure},
                  {"strain_range", scene.render.strain_range},
+                 {"stress_range", range_of(scene::ColorBy::stress)},
+                 {"pressure_range", range_of(scene::ColorBy::contact)},
                  {"ground", nullptr}};
   if (!scene.ground) return object;
   const scene::Look look =

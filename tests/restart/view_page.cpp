@@ -65,11 +65,26 @@ struct Reader {
   }
 };
 
+// The values of root_byte, of which 255 is `largest`.
+std::vector<double> from_root_bytes(const std::vector<std::uint8_t>& bytes, double largest) {
+  std::vector<double> values;
+  for (const std::uint8_t byte : bytes) values.push_back(largest * byte * byte / (255.0 * 255.0));
+  return values;
+}
+
 bool is_rigid(const nlohmann::json& body) { return body.at("kind") != "deformable"; }
 
 // A row of ByteRows: differences from the row before, which it becomes.
 void read_bytes(Reader& reader, std::vector<std::uint8_t>& row) {
   for (std::uint8_t& x : row) x = static_cast<std::uint8_t>(x + reader.byte());
+}
+
+// A row of ByteRows that may be left out: `row` is empty then.
+void read_sparse(Reader& reader, std::vector<std::uint8_t>& before, std::vector<std::uint8_t>& row) {
+  row.clear();
+  if (reader.byte() == 0) return;
+  read_bytes(reader, before);
+  row = before;
 }
 
 // A row of PositionRows, from the two before, which move on.
@@ -122,11 +137,12 @@ void ViewPage::read_meshes(const std::string& bytes) {
   std::size_t numbers = 0;
   for (const nlohmann::json& body : run_.at("bodies")) {
     first_number_.push_back(numbers);
-    numbers += is_rigid(body) ? 13 : 11;
+    numbers += 16;
     const std::size_t mesh = body.at("mesh");
     const std::size_t positions = run_.at("meshes").at(mesh).at("positions");
     before_.points.emplace_back(is_rigid(body) ? 0 : 3 * positions);
-    before_.near.emplace_back(positions);
+    for (auto* rows : {&before_.near, &before_.speed, &before_.strain, &before_.stress, &before_.pressure})
+      rows->emplace_back(positions);
     if (mesh < rest_.size()) continue;
     const nlohmann::json& listed = run_.at("meshes").at(mesh);
     rest_.emplace_back();
@@ -151,7 +167,6 @@ void ViewPage::read_frames(const std::string& bytes) {
   const std::size_t count = before_.points.size();
   static_assert(sizeof(float) == 4);
   while (reader.at < bytes.size()) {
-    State state;
     const std::size_t numbers = before_.numbers.size();
     for (std::size_t i = 0; i < numbers; ++i) {
       std::uint32_t change = 0;
@@ -166,16 +181,15 @@ void ViewPage::read_frames(const std::string& bytes) {
       const nlohmann::json& body = run_.at("bodies")[i];
       if (is_rigid(body)) continue;
       read_points(reader, before_.points[i], before_that_.points[i]);
-      reader.at += before_.near[i].size() * (body.at("strain") ? 2 : 1);
+      read_bytes(reader, before_.speed[i]);
+      if (body.at("strain")) read_bytes(reader, before_.strain[i]);
+      if (body.at("stress")) read_bytes(reader, before_.stress[i]);
     }
-    state.numbers = before_.numbers;
-    state.points = before_.points;
-    for (std::size_t i = 0; i < count; ++i) {
-      state.near.emplace_back();
-      if (reader.byte() == 0) continue;
-      read_bytes(reader, before_.near[i]);
-      state.near.back() = before_.near[i];
-    }
+    State state = before_;
+    for (std::size_t i = 0; i < count; ++i) read_sparse(reader, before_.near[i], state.near[i]);
+    if (!run_.at("max_pressure").is_null())
+      for (std::size_t i = 0; i < count; ++i)
+        if (!is_rigid(run_.at("bodies")[i])) read_sparse(reader, before_.pressure[i], state.pressure[i]);
     states_.push_back(std::move(state));
   }
 }
@@ -207,6 +221,23 @@ std::vector<Vec3> ViewPage::positions(const std::string& body, std::size_t frame
 
 std::vector<std::uint8_t> ViewPage::near(const std::string& body, std::size_t frame) const {
   return states_.at(frame).near.at(index_of(body));
+}
+
+std::vector<double> ViewPage::stress(const std::string& body, std::size_t frame) const {
+  return from_root_bytes(states_.at(frame).stress.at(index_of(body)), run_.at("max_stress"));
+}
+
+std::vector<double> ViewPage::pressure(const std::string& body, std::size_t frame) const {
+  return from_root_bytes(states_.at(frame).pressure.at(index_of(body)), run_.at("max_pressure"));
+}
+
+Vec3 ViewPage::contact_force(const std::string& body, std::size_t frame) const {
+  const std::size_t i = index_of(body);
+  const std::size_t first = first_number_[i] + (is_rigid(run_.at("bodies")[i]) ? 13 : 11);
+  Vec3 force;
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    force[static_cast<int>(axis)] = static_cast<double>(states_.at(frame).numbers.at(first + axis));
+  return force;
 }
 
 }  // namespace duet::test::view_page

@@ -23,12 +23,18 @@ class ViewPage {
   std::vector<Vec3> positions(const std::string& body, std::size_t frame) const;
   /// How near the positions are to other bodies, 0 to 255; empty where none is.
   std::vector<std::uint8_t> near(const std::string& body, std::size_t frame) const;
+  /// Pa, stresses at the positions of a deformable body.
+  std::vector<double> stress(const std::string& body, std::size_t frame) const;
+  /// Pa, pressures of contact at the positions of a deformable body; empty where all are 0.
+  std::vector<double> pressure(const std::string& body, std::size_t frame) const;
+  /// N, the force of contact on the body.
+  Vec3 contact_force(const std::string& body, std::size_t frame) const;
 
  private:
   struct State {
     std::vector<float> numbers;                      // of all bodies
     std::vector<std::vector<std::uint16_t>> points;  // of each body, all x first; empty for rigid ones
-    std::vector<std::vector<std::uint8_t>> near;
+    std::vector<std::vector<std::uint8_t>> near, speed, strain, stress, pressure;
   };
   std::size_t index_of(const std::string& body) const;
   void read_meshes(const std::string& bytes);

@@ -1,6 +1,8 @@
 // `duet view` as a user meets it: the page has the run in it, refusals leave nothing, and names do nothing.
 #include <algorithm>
+#include <cmath>
 #include <set>
+#include <span>
 
 #include "tests/restart/program.h"
 #include "tests/restart/simulated_run.h"
@@ -12,6 +14,7 @@
 #include "sim/base/files.h"
 #include "sim/io/run_directory.h"
 #include "sim/io/run_journal.h"
+#include "sim/io/values_file.h"
 
 namespace duet::test::view_test {
 namespace {
@@ -98,6 +101,31 @@ TEST_F(View, VerticesThatTouchAreMarkedAndOthersAreNot) {
   for (std::size_t i = 0; i < cube.size(); ++i)
     EXPECT_EQ(cube[i] > 200, positions[i].y() < 0.001) << "the cube stands on the ground " << positions[i];
   EXPECT_TRUE(shown.near("ball", 0).empty()) << "the ball falls";
+}
+
+// A byte has the root of a share of the largest value, so that it is off by 1/255 of the root at most.
+void expect_root_bytes(const std::vector<double>& shown, std::span<const float> expected, double largest) {
+  ASSERT_EQ(shown.size(), expected.size());
+  EXPECT_GT(*std::max_element(expected.begin(), expected.end()), 0);
+  for (std::size_t i = 0; i < shown.size(); ++i)
+    EXPECT_NEAR(std::sqrt(shown[i] / largest), std::sqrt(static_cast<double>(expected[i]) / largest), 0.005);
+}
+
+TEST_F(View, HasStressesAndLoadsOfContact) {
+  simulate(tiny, {"--frames", "12"});
+  ASSERT_EQ(view().status, 0);
+  const ViewPage shown = page();
+  const io::FrameValues values = io::read_values(run, io::read_manifest(run).bodies, 12);
+  ASSERT_EQ(values.points.size(), shown.positions("cube", 12).size()) << "the cube is the deformable body";
+  expect_root_bytes(shown.stress("cube", 12), values.stress, shown.run().at("max_stress"));
+  expect_root_bytes(shown.pressure("cube", 12), values.contact.pressure, shown.run().at("max_pressure"));
+  EXPECT_TRUE(shown.pressure("cube", 0).empty()) << "no load before the first step";
+  Vec3 on_cube = Vec3::Zero();
+  for (const Vec3f& force : values.contact.force) on_cube += force.cast<double>();
+  EXPECT_GT(on_cube.y(), 0) << "the ground carries it";
+  EXPECT_LT((shown.contact_force("cube", 12) - on_cube).norm(), 1e-5 * on_cube.norm());
+  const Vec3 on_ball = values.contact.rigid_force.at(0);
+  EXPECT_LT((shown.contact_force("ball", 12) - on_ball).norm(), 1e-5 * on_ball.norm() + 1e-9);
 }
 
 TEST_F(View, ChoosesBodiesAndFrames) {

@@ -88,10 +88,10 @@ class PositionRows {
   }
 }
 
-const rigidNumbers = 13, deformableNumbers = 11;  // of a body in a frame's row
+const numbersOfBody = 16;  // in a frame's row
 
 /// The frames in their order: each has `row`, the numbers of all bodies, and `bodies`, for each body its
-/// `positions` (16 bits a coordinate), `speed`, `strain` and `near` (bytes), where it has them.
+/// `positions` (16 bits a coordinate), `speed`, `strain`, `stress`, `near` and `pressure` (bytes), where it has them.
 class FrameReader {
   constructor(run) {
     this.run = run;
@@ -102,18 +102,21 @@ class FrameReader {
         positions: body.isRigid ? null : new PositionRows(size),
         speed: body.isRigid ? null : new ByteRows(size),
         strain: body.strain ? new ByteRows(size) : null,
-        near: new ByteRows(size)
+        stress: body.stress ? new ByteRows(size) : null,
+        near: new ByteRows(size),
+        pressure: !body.isRigid && run.max_pressure !== null ? new ByteRows(size) : null
       };
     });
   }
   next(reader) {
     const frame = {row: this.rows.next(reader), bodies: this.bodies.map(() => ({}))};
     this.bodies.forEach((rows, i) => {
-      for (const key of ["positions", "speed", "strain"]) if (rows[key]) frame.bodies[i][key] = rows[key].next(reader);
+      for (const key of ["positions", "speed", "strain", "stress"]) if (rows[key]) frame.bodies[i][key] = rows[key].next(reader);
     });
-    this.bodies.forEach((rows, i) => {
-      if (reader.byte()) frame.bodies[i].near = rows.near.next(reader);
-    });
+    for (const key of ["near", "pressure"])
+      this.bodies.forEach((rows, i) => {
+        if (rows[key] && reader.byte()) frame.bodies[i][key] = rows[key].next(reader);
+      });
     return frame;
   }
 }
@@ -143,7 +146,7 @@ async function readRun(progress) {
   for (const body of run.bodies) {
     body.isRigid = body.kind !== "deformable";
     body.row = size;
-    size += body.isRigid ? rigidNumbers : deformableNumbers;
+    size += numbersOfBody;
   }
   run.rowSize = size;
   const meshReader = new ByteReader(await takeBlock(blocks[0]));

@@ -116,6 +116,16 @@ class Geometry {
   /// The largest strain of a deformable body, -1 where an element is inverted.
   strain(body, frame) { return this.run.states[frame].row[this.run.bodies[body].row + 10]; }
 
+  /// The largest stress and the largest pressure of contact of a deformable body, Pa.
+  stress(body, frame) { return this.run.states[frame].row[this.run.bodies[body].row + 14]; }
+  pressure(body, frame) { return this.run.states[frame].row[this.run.bodies[body].row + 15]; }
+
+  /// The force of contact on a body, N: the mean over the time since the frame before.
+  contactForce(body, frame) {
+    const {row} = this.run.states[frame], {row: at, isRigid} = this.run.bodies[body], k = at + (isRigid ? 13 : 11);
+    return [row[k], row[k + 1], row[k + 2]];
+  }
+
   /// The first body of those that the ray start + s direction (s > 0) meets: {body, distance, point}, or null.
   pick(start, direction, bodies, frame) {
     let best = null;

@@ -2,7 +2,7 @@
 
 const keyHelp = [
   ["Space", "play, pause"], ["Left, Right", "a frame back, on"], ["Up, Down", "ten frames back, on"],
-  ["Home, End", "first, last frame"], ["+, -", "faster, slower"], ["C", "next color: look, strain, speed, contact"],
+  ["Home, End", "first, last frame"], ["+, -", "faster, slower"], ["C", "next color: look, strain, stress, speed, contact, contact pressure"],
   ["W", "wireframe"], ["S", "shadows"], ["N, P", "pick the next, the previous body"], ["Escape", "pick none"],
   ["F", "look at the picked body, or at all"], ["R", "the run's own camera"],
   ["Shift + arrows", "turn about the target"], ["Ctrl + arrows", "move sideways, up, down"],

@@ -1,7 +1,9 @@
 // The page: it unpacks the run, draws the frame that is shown, and plays.
 
 const speeds = [0.1, 0.25, 0.5, 1, 2, 4];
-const colors = {look: "as in pictures", strain: "strain", speed: "speed", contact: "contact"};
+const colors = {
+  look: "as in pictures", strain: "strain", stress: "stress", speed: "speed", contact: "contact", pressure: "contact pressure"
+};
 
 class Player {
   constructor(run) {
@@ -74,10 +76,16 @@ class Player {
 
   /// Colors of numbers that the run does not have cannot be chosen.
   offerColors() {
-    const {run} = this, hasStrain = run.bodies.some(body => body.strain);
+    const {run} = this, isSoft = body => !body.isRigid;
+    const lacks = {
+      strain: !run.bodies.some(body => body.strain) && "no body has it",
+      stress: !run.bodies.some(body => body.strain) ? "no body has it" : run.max_stress === null && "not in this run",
+      pressure: !run.bodies.some(isSoft) ? "no body has it" : run.max_pressure === null && "not in this run"
+    };
     for (const option of byId("color").options) {
-      option.disabled = run.states.length === 0 || (option.value === "strain" && !hasStrain);
-      if (option.value === "strain" && !hasStrain) option.textContent = "strain (no body has it)";
+      const lack = lacks[option.value];
+      option.disabled = run.states.length === 0 || Boolean(lack);
+      if (lack) option.textContent = `${colors[option.value]} (${lack})`;
     }
   }
 
@@ -233,7 +241,7 @@ function testAccess(player) {
       return [box.left + box.width * (0.5 + 0.5 * at(0) / at(3)), box.top + box.height * (0.5 - 0.5 * at(1) / at(3))];
     },
     picked: () => player.picked < 0 ? null : run.bodies[player.picked].name,
-    frame: () => run.frames[player.frame], goTo: index => player.goTo(index), isDrawn: () => !player.isDirty
+    eye: () => player.camera.position, frame: () => run.frames[player.frame], goTo: index => player.goTo(index), isDrawn: () => !player.isDirty
   };
 }
 

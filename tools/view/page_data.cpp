@@ -21,6 +21,7 @@ using Json = nlohmann::ordered_json;
 constexpr std::size_t block_bytes = 4'000'000;
 
 Json json_of(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+Json json_of(const std::optional<double>& x) { return x ? Json(*x) : Json(); }
 
 bool has_uv(const io::ExportedRun& run, const io::ExportedBody& body) {
   const scene::Look& look = run.looks().looks.at(as_index(body.look));
@@ -97,6 +98,8 @@ class FramePacker {
       positions_.emplace_back(measures.extents[i]);
       speeds_.emplace_back();
       strains_.emplace_back();
+      stresses_.emplace_back();
+      pressures_.emplace_back();
     }
   }
 
@@ -105,25 +108,47 @@ class FramePacker {
     std::string rest;
     for (std::size_t i = 0; i < run_.bodies().size(); ++i)
       if (run_.bodies()[i].is_rigid())
-        add_rigid(row, values.rigid.at(as_index(run_.bodies()[i].row)));
+        add_rigid(row, as_index(run_.bodies()[i].row), values);
       else
         add_deformable(row, rest, i, values);
     rows_.append_to(bytes, row);
     bytes += rest;
     const std::vector<std::vector<std::uint8_t>> marks = near_.at(values);
-    for (std::size_t i = 0; i < marks.size(); ++i) {
-      bytes += marks[i].empty() ? '\0' : '\1';
-      if (!marks[i].empty()) marks_[i].append_to(bytes, marks[i]);
-    }
+    for (std::size_t i = 0; i < marks.size(); ++i) append_sparse(bytes, marks_[i], marks[i]);
+    if (!measures_.max_pressure) return;
+    for (std::size_t i = 0; i < run_.bodies().size(); ++i)
+      if (!run_.bodies()[i].is_rigid()) append_sparse(bytes, pressures_[i], pressures_of(i, values));
   }
 
  private:
-  void add_rigid(std::vector<float>& row, const RigidMotion& motion) const {
+  // A row that may be left out: a byte that says whether it is there, and the row.
+  static void append_sparse(std::string& bytes, ByteRows& rows, const std::vector<std::uint8_t>& row) {
+    bytes += row.empty() ? '\0' : '\1';
+    if (!row.empty()) rows.append_to(bytes, row);
+  }
+
+  // The pressures of contact on the body; empty if nothing presses on it.
+  std::vector<std::uint8_t> pressures_of(std::size_t i, const io::FrameValues& values) const {
+    const io::ExportedBody& body = run_.bodies()[i];
+    std::vector<std::uint8_t> pressures;
+    bool is_pressed = false;
+    for (std::size_t k = 0; k < body.rest.positions.size(); ++k) {
+      const float pressure = values.contact.pressure.at(body.first_point + k);
+      pressures.push_back(root_byte(static_cast<double>(pressure), *measures_.max_pressure));
+      is_pressed = is_pressed || pressures.back() > 0;
+    }
+    if (!is_pressed) pressures.clear();
+    return pressures;
+  }
+
+  void add_rigid(std::vector<float>& row, std::size_t index, const io::FrameValues& values) const {
+    const RigidMotion& motion = values.rigid.at(index);
     const Quat& q = motion.pose.orientation;
     add(row, motion.pose.position - measures_.origin);
     for (const double x : {q.w(), q.x(), q.y(), q.z()}) row.push_back(static_cast<float>(x));
     add(row, motion.velocity);
     add(row, motion.angular_velocity);
+    add(row, measures_.max_pressure ? values.contact.rigid_force.at(index) : Vec3::Zero());
   }
 
   void add_deformable(std::vector<float>& row, std::string& rest, std::size_t i,
@@ -159,6 +184,30 @@ class FramePacker {
     positions_[i].append_to(rest, points, center);
     speeds_[i].append_to(rest, speeds);
     if (measures_.has_strain[i]) strains_[i].append_to(rest, strains);
+    add_loads(row, rest, i, values);
+  }
+
+  // Force of contact, largest stress and pressure; the stresses where the body has them.
+  void add_loads(std::vector<float>& row, std::string& rest, std::size_t i, const io::FrameValues& values) {
+    const io::ExportedBody& body = run_.bodies()[i];
+    Vec3 force = Vec3::Zero();
+    float most_stress = 0, most_pressure = 0;
+    std::vector<std::uint8_t> stresses;
+    const bool has_stress = measures_.has_stress(i);
+    for (std::size_t point = body.first_point; point < body.first_point + body.rest.positions.size();
+         ++point) {
+      if (has_stress) {
+        most_stress = std::max(most_stress, values.stress.at(point));
+        stresses.push_back(root_byte(static_cast<double>(values.stress.at(point)), *measures_.max_stress));
+      }
+      if (!measures_.max_pressure) continue;
+      force += values.contact.force.at(point).cast<double>();
+      most_pressure = std::max(most_pressure, values.contact.pressure.at(point));
+    }
+    add(row, force);
+    row.push_back(most_stress);
+    row.push_back(most_pressure);
+    if (has_stress) stresses_[i].append_to(rest, stresses);
   }
 
   const io::ExportedRun& run_;
@@ -166,7 +215,7 @@ class FramePacker {
   NearBodies near_;
   FloatRows rows_;
   std::vector<PositionRows> positions_;
-  std::vector<ByteRows> speeds_, strains_, marks_;
+  std::vector<ByteRows> speeds_, strains_, stresses_, pressures_, marks_;
 };
 
 Json view_of(const scene::Camera& camera, const Vec3& origin) {
@@ -187,10 +236,27 @@ Json camera_of(const io::ExportedRun& run, const Vec3& origin, const std::vector
   return object;
 }
 
+// Takes the values at the points of deformable bodies into account.
+void extend(Measures& measures, const io::FrameValues& values) {
+  for (const Vec3f& v : values.velocities)
+    measures.max_speed = std::max(measures.max_speed, static_cast<double>(v.norm()));
+  for (const float strain : values.strain)
+    measures.max_strain = std::max(measures.max_strain, static_cast<double>(strain));
+  const auto extend_if_there = [&](std::optional<double>& most, const std::vector<float>& scalars) {
+    if (scalars.size() != values.points.size()) most.reset();
+    if (!most) return;
+    for (const float x : scalars) most = std::max(*most, static_cast<double>(x));
+  };
+  extend_if_there(measures.max_stress, values.stress);
+  extend_if_there(measures.max_pressure, values.contact.pressure);
+  if (values.contact.rigid_force.size() != values.rigid.size()) measures.max_pressure.reset();
+}
+
 }  // namespace
 
 Measures measure(const io::ExportedRun& run) {
   Measures measures;
+  measures.max_stress = measures.max_pressure = 0;
   const std::size_t count = run.bodies().size();
   std::vector<Vec3> extents(count, Vec3::Zero());
   for (const io::ExportedBody& body : run.bodies()) {
@@ -214,10 +280,7 @@ Measures measure(const io::ExportedRun& run) {
       all.extend(box);
     }
     if (frame == run.frames().front() && !all.isEmpty()) measures.origin = all.center();
-    for (const Vec3f& v : values.velocities)
-      measures.max_speed = std::max(measures.max_speed, static_cast<double>(v.norm()));
-    for (const float strain : values.strain)
-      measures.max_strain = std::max(measures.max_strain, static_cast<double>(strain));
+    extend(measures, values);
   }
   // A thousandth more, so that the rounding of the center puts no position outside; a flat body has a
   // thickness.
@@ -265,6 +328,8 @@ Json describe(const io::ExportedRun& run, const Measures& measures, const std::v
   Json object = {{"origin", json_of(measures.origin)},
                  {"max_speed", measures.max_speed},
                  {"max_strain", measures.max_strain},
+                 {"max_stress", json_of(measures.max_stress)},
+                 {"max_pressure", json_of(measures.max_pressure)},
                  {"near_fraction", near_fraction},
                  {"bodies", Json::array()},
                  {"meshes", Json::array()},
@@ -277,6 +342,7 @@ Json describe(const io::ExportedRun& run, const Measures& measures, const std::v
     if (!body.is_rigid()) {
       entry["extent"] = json_of(measures.extents[i].cast<double>());
       entry["strain"] = static_cast<bool>(measures.has_strain[i]);
+      entry["stress"] = measures.has_stress(i);
     }
     object["bodies"].push_back(std::move(entry));
   }

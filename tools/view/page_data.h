@@ -9,13 +9,15 @@
 /// floats each; only where the description says `uv`), triangles (3 vertices each).
 ///
 /// A frame is a row of FloatRows with the numbers of all bodies, one after another: a rigid body has
-/// position, orientation (w, x, y, z), velocity and angular velocity; a deformable one has the center of the
-/// box around it, the mean of its positions and the mean of their velocities, the largest speed and the
-/// largest strain, which is -1 where an element is inverted. Then come for each deformable body a row of
-/// PositionRows, one of ByteRows with the speeds, and, if the description says `strain`, one with the
-/// strains: root_byte of the largest in the run; strains take up to 254, and 255 is an inverted element. Then
-/// comes for each body a byte: 1 if a row of ByteRows follows that says how near its positions are to other
-/// bodies (NearBodies), and 0 if none is.
+/// position, orientation (w, x, y, z), velocity, angular velocity and force of contact; a deformable one has
+/// the center of the box around it, the mean of its positions and the mean of their velocities, the largest
+/// speed, the largest strain, which is -1 where an element is inverted, the force of contact, the largest
+/// stress and the largest pressure of contact. Then come for each deformable body a row of PositionRows, one
+/// of ByteRows with the speeds, if the description says `strain` one with the strains, and if it says
+/// `stress` one with the stresses: root_byte of the largest in the run; strains take up to 254, and 255 is an
+/// inverted element. Then comes for each body a byte: 1 if a row of ByteRows follows that says how near its
+/// positions are to other bodies (NearBodies), and 0 if none is. If the description has `max_pressure`, such
+/// a byte follows for each deformable body, with a row of the pressures of contact if one is not 0.
 ///
 /// Positions are relative to the description's `origin`.
 #pragma once
@@ -37,6 +39,13 @@ struct Measures {
   std::vector<bool> has_strain;  ///< for each body
   double max_speed = 0;          ///< m/s, of vertices of deformable bodies
   double max_strain = 0;         ///< of vertices that are not inverted
+  /// Pa, of vertices of deformable bodies; none if a frame does not have stresses (runs of older programs).
+  std::optional<double> max_stress;
+  /// Pa, the largest pressure of contact; none if a frame does not have loads of contact.
+  std::optional<double> max_pressure;
+
+  /// Returns whether the body has stresses: those with strain do, if the run does.
+  bool has_stress(std::size_t body) const { return has_strain[body] && max_stress.has_value(); }
 };
 Measures measure(const io::ExportedRun& run);
 

@@ -116,7 +116,7 @@ class BodyPanel {
     row("surface", `${run.meshes[mesh].positionCount} vertices, ${run.meshes[mesh].triangleCount} triangles`);
     for (const key of [isRigid ? "center of mass, m" : "mean position, m", "velocity, m/s", "speed, m/s"]) this.outputs[key] = row(key, "");
     if (isRigid) this.outputs["angular speed, rad/s"] = row("angular speed, rad/s", "");
-    if (strain) this.outputs["largest strain"] = row("largest strain", "");
+    for (const {name: key, isThere} of this.loads()) if (isThere(run.bodies[body])) this.outputs[key] = row(key, "");
     host.append(list);
     const frames = run.states.map((_, i) => i), number = frames.map(i => run.frames[i]);
     const add = (title, unit, series) => {
@@ -127,24 +127,34 @@ class BodyPanel {
     const middles = frames.map(i => geometry.middle(body, i));
     add("Position", "m", ["x", "y", "z"].map((axis, k) => ({name: axis, values: middles.map(x => x[k])})));
     add("Speed", "m/s", [{name: "speed", values: frames.map(i => norm(geometry.velocity(body, i)))}]);
-    if (strain)
-      add("Largest strain", "", [{name: "strain", values: frames.map(i => {
-        const most = geometry.strain(body, i);
-        return most < 0 ? NaN : most;
-      })}]);
+    for (const {title, unit, isThere, value} of this.loads())
+      if (isThere(run.bodies[body])) add(title, unit, [{name: title.toLowerCase(), values: frames.map(i => value(body, i))}]);
+  }
+  /// What bodies have besides their motion: the key of the number, the chart, whether a body has it, the value at a frame.
+  loads() {
+    const {run, geometry} = this, hasLoads = run.max_pressure !== null;
+    return [
+      {name: "largest strain", title: "Largest strain", unit: "", isThere: body => body.strain,
+       value: (body, i) => geometry.strain(body, i) < 0 ? NaN : geometry.strain(body, i)},
+      {name: "largest stress, Pa", title: "Largest stress", unit: "Pa", isThere: body => body.stress,
+       value: (body, i) => geometry.stress(body, i)},
+      {name: "force of contact, N", title: "Force of contact", unit: "N", isThere: body => hasLoads && body.kind !== "static",
+       value: (body, i) => norm(geometry.contactForce(body, i))},
+      {name: "contact pressure, Pa", title: "Largest contact pressure", unit: "Pa", isThere: body => hasLoads && !body.isRigid,
+       value: (body, i) => geometry.pressure(body, i)}
+    ];
   }
   show(i) {
     if (this.body < 0) return;
-    const {geometry, body, outputs, run} = this, v = geometry.velocity(body, i), {isRigid, strain} = run.bodies[body];
+    const {geometry, body, outputs, run} = this, v = geometry.velocity(body, i), {isRigid} = run.bodies[body];
     const three = x => x.map(short).join(", ");
     outputs[isRigid ? "center of mass, m" : "mean position, m"].textContent = three(geometry.middle(body, i));
     outputs["velocity, m/s"].textContent = three(v);
     outputs["speed, m/s"].textContent = short(norm(v));
     if (isRigid) outputs["angular speed, rad/s"].textContent = short(norm(geometry.pose(body, i).spin));
-    if (strain) {
-      const most = geometry.strain(body, i);
-      outputs["largest strain"].textContent = most < 0 ? "an element is inverted" : short(most);
-    }
+    for (const {name, value} of this.loads())
+      if (outputs[name]) outputs[name].textContent = Number.isNaN(value(body, i)) ? "an element is inverted" : short(value(body, i));
+    if (outputs["force of contact, N"]) outputs["force of contact, N"].textContent = three(geometry.contactForce(body, i));
     for (const chart of this.charts) chart.show(run.frames[i]);
   }
 }
@@ -153,7 +163,14 @@ class BodyPanel {
 class Legend {
   constructor(run, geometry, changed) {
     this.run = run;
-    this.tops = {strain: run.max_strain > 0 ? Math.min(run.max_strain, Math.max(run.strain_range, 1e-6)) : 1, speed: this.fastest(geometry)};
+    this.geometry = geometry;
+    this.tops = {
+      strain: run.max_strain > 0 ? Math.min(run.max_strain, Math.max(run.strain_range, 1e-6)) : 1,
+      speed: this.usual(i => run.bodies[i].kind !== "static", (i, frame) => this.speed(i, frame), run.max_speed),
+      stress: run.stress_range || this.usual(i => run.bodies[i].stress, (i, frame) => geometry.stress(i, frame), run.max_stress),
+      pressure: run.pressure_range ||
+        this.usual(i => !run.bodies[i].isRigid, (i, frame) => geometry.pressure(i, frame), run.max_pressure)
+    };
     this.input = byId("legend-top");
     this.input.addEventListener("change", () => {
       const value = Number(this.input.value);
@@ -162,12 +179,18 @@ class Legend {
       changed();
     });
   }
-  /// m/s, the speed below which bodies are in 95 of 100 cases: a single jump would leave all others dark.
-  fastest(geometry) {
-    const all = this.run.bodies.flatMap((body, i) => body.kind === "static" ? [] : this.run.states.map((state, frame) =>
-      body.isRigid ? norm(geometry.velocity(i, frame)) : state.row[body.row + 9]));
+  /// m/s, of the center of a rigid body, or the largest of a deformable one.
+  speed(body, frame) {
+    const {isRigid, row} = this.run.bodies[body];
+    return isRigid ? norm(this.geometry.velocity(body, frame)) : this.run.states[frame].row[row + 9];
+  }
+  /// The value below which those of the bodies are in 95 of 100 cases that are not 0: a single jump would leave all others
+  /// dark.
+  usual(isMeant, value, most) {
+    const bodies = this.run.bodies.map((_, i) => i).filter(isMeant);
+    const all = bodies.flatMap(i => this.run.states.map((_, frame) => value(i, frame))).filter(x => x > 0);
     all.sort((a, b) => a - b);
-    return Number((all[Math.floor(0.95 * (all.length - 1))] || this.run.max_speed || 1).toPrecision(2));
+    return Number((all[Math.floor(0.95 * (all.length - 1))] || most || 1).toPrecision(2));
   }
   get top() { return this.tops[this.color] || 1; }
   show(color) {
@@ -175,12 +198,16 @@ class Legend {
     byId("legend").hidden = color === "look";
     if (color === "look") return;
     const near = `${short(100 * this.run.near_fraction)} % of the size of the smaller body`;
-    byId("legend-name").textContent =
-      {strain: "Strain, largest |stretch - 1|", speed: "Speed, m/s", contact: "Near another body or the ground"}[color];
+    byId("legend-name").textContent = {
+      strain: "Strain, largest |stretch - 1|", stress: "Stress, Pa", speed: "Speed, m/s",
+      contact: "Near another body or the ground", pressure: "Contact pressure, Pa"
+    }[color];
     byId("legend-note").textContent = {
       strain: "Red: an element is inverted. Gray: the body has no strain.",
+      stress: "Von Mises' equivalent of the elastic stress. Gray: the body has no stress.",
       speed: "The speed of each vertex, by translation, rotation and deformation.",
-      contact: `Red: a vertex touches; gray: it is farther away than ${near}.`
+      contact: `Red: a vertex touches; gray: it is farther away than ${near}.`,
+      pressure: "The mean over the time since the frame before. Gray: a rigid body, see its force of contact."
     }[color];
     const stops = Array.from({length: 13}, (_, i) => colorOf(i / 12, color));
     byId("legend-bar").style.background = `linear-gradient(to right, ${stops.join(", ")})`;

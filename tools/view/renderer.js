@@ -32,6 +32,7 @@ class Program {
 
 const patternNumbers = {checker: 1, stripes: 2};
 const attribute = {position: 0, normal: 1, uv: 2, scalar: 3};
+const modes = {look: 0, strain: 1, scalar: 2, rigidSpeed: 3, near: 4, gray: 5};  // of bodyFragment in shaders.js
 const noTurn = [1, 0, 0, 0, 1, 0, 0, 0, 1];
 
 class Renderer {
@@ -118,7 +119,7 @@ class Renderer {
     return sum.map(s => 2 * Math.max(1, Math.round((area > 0 ? s / area : 1) / (2 * look.pattern_size))));
   }
 
-  /// Hands over the numbers of a frame. `color`: look, strain, speed or contact.
+  /// Hands over the numbers of a frame. `color`: one of `colors` of main.js.
   setFrame(frame, color) {
     const {gl} = this;
     this.frame = frame;
@@ -137,7 +138,7 @@ class Renderer {
 
   setScalars(i, gpu, color) {
     const {gl} = this, data = this.run.states[this.frame].bodies[i], mesh = this.geometry.mesh(i);
-    const bytes = {strain: data.strain, speed: data.speed, contact: data.near}[color];
+    const bytes = data[color === "contact" ? "near" : color];
     gl.bindVertexArray(gpu.vertices);
     if (bytes) {
       const values = new Uint8Array(mesh.vertexCount);
@@ -149,9 +150,21 @@ class Renderer {
       gl.disableVertexAttribArray(attribute.scalar);
     }
     gl.bindVertexArray(null);
-    const isRigid = this.run.bodies[i].isRigid;
-    gpu.mode = color === "strain" ? (bytes ? 1 : 5) : color === "speed" ? (isRigid ? 3 : 2) : color === "contact" ? 4 : 0;
-    gpu.largest = color === "strain" ? this.run.max_strain : this.run.max_speed;
+    [gpu.mode, gpu.largest] = this.modeOf(this.run.bodies[i], color);
+  }
+
+  /// How the shader makes the body's color, and the number that the largest byte stands for. Bodies without the numbers
+  /// are gray.
+  modeOf(body, color) {
+    const {run} = this;
+    switch (color) {
+      case "strain": return body.strain ? [modes.strain, run.max_strain] : [modes.gray, 1];
+      case "stress": return body.stress ? [modes.scalar, run.max_stress] : [modes.gray, 1];
+      case "pressure": return body.isRigid ? [modes.gray, 1] : [modes.scalar, run.max_pressure];
+      case "speed": return body.isRigid ? [modes.rigidSpeed, 1] : [modes.scalar, run.max_speed];
+      case "contact": return [modes.near, 1];
+      default: return [modes.look, 1];
+    }
   }
 
   /// Draws the frame that was set. `how`: camera, shown (bodies), picked (body or -1), wireframe, shadows, top (of the
@@ -254,7 +267,7 @@ class Renderer {
     program.number("top", how.top || 1);
     gl.enable(gl.POLYGON_OFFSET_FILL);
     gl.polygonOffset(1, 1);  // lines of the wireframe lie in front
-    const isSolid = i => this.bodies[i].look.opacity >= 1 || this.bodies[i].mode !== 0;
+    const isSolid = i => this.bodies[i].look.opacity >= 1 || this.bodies[i].mode !== modes.look;
     for (const i of how.shown) if (isSolid(i)) this.drawShaded(program, i, how, 1);
     gl.enable(gl.BLEND);
     gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ZERO, gl.ONE);

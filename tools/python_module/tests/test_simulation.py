@@ -3,6 +3,7 @@
 import gc
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -248,6 +249,39 @@ class Memory(unittest.TestCase):
         before = resident()
         make(count)
         self.assertLess((resident() - before) / count, 2e3)  # bytes a scene; one holds more than 1e5
+
+    @unittest.skipUnless(os.environ.get("DUET_FULL"), "part of tools/test --full")
+    def test_dropped_scenes_leak_nothing(self):
+        """LeakSanitizer, which comes with g++, finds no memory of the module that nothing refers to any more."""
+        library = shutil.which("g++") and subprocess.run(
+            ["g++", "-print-file-name=liblsan.so"], capture_output=True, text=True, check=True).stdout.strip()
+        if not library or not os.path.isabs(library):
+            self.skipTest("needs g++ with its LeakSanitizer")
+        script = """if True:
+            import ctypes, gc, sys
+            import duet
+            from test_simulation import SCENE
+            for i in range(int(sys.argv[1])):
+                scene = duet.Scene(SCENE)
+                simulation = scene.simulate(frames=1, threads=1)
+                kept = [frame["jelly"].points for frame in simulation]
+                if sys.argv[2] == "leak" and i == 0:
+                    ctypes.pythonapi.Py_IncRef(ctypes.py_object(kept[0]))
+            del scene, simulation, kept
+            gc.collect()
+            """
+
+        def leaks_of_module(count, what):
+            environment = dict(os.environ, LD_PRELOAD=library, PYTHONMALLOC="malloc", LSAN_OPTIONS="exitcode=0")
+            environment["PYTHONPATH"] = os.pathsep.join([str(Path(duet.__file__).parents[1]), str(Path(__file__).parent)])
+            report = subprocess.run([sys.executable, "-c", script, str(count), what], env=environment, check=True,
+                                    capture_output=True, text=True).stderr
+            if "LeakSanitizer has encountered a fatal error" in report:
+                self.skipTest("LeakSanitizer does not work here (under a debugger?)")
+            return [part for part in report.split("\n\n") if "_core" in part]
+
+        self.assertTrue(leaks_of_module(2, "leak"), "the check finds a frame that is never released")
+        self.assertEqual(leaks_of_module(1000, "none"), [])
 
 
 if __name__ == "__main__":
