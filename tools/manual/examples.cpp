@@ -39,7 +39,7 @@ constexpr std::array entries = {
     Entry{"encode", "duet encode stack", "the video of the pictures in out/stack"},
     Entry{"farm", "duet farm stack --engine slurm --submit",
           "simulation, drawing, video and check as jobs of a cluster"},
-    Entry{"farm", "duet farm study/slide --engine local --submit --vary ground.friction=0.1,0.2,0.3",
+    Entry{"farm", "duet farm study/slide --engine local --submit --vary rigid.box.friction=0.05,0.1,0.2",
           "three runs, their table and contact sheet, on this machine"},
     Entry{"farm", "duet farm --status stack", "how far it is, and what failed"},
     Entry{"check", "duet check ball.toml", "all problems at once; status 2 if there is one"},
