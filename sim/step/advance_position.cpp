@@ -1,4 +1,6 @@
 // Step IV.1 and IV.2: positions (paper sections 4.1 and 6).
+#include <algorithm>
+
 #include "sim/step/step.h"
 
 namespace duet {
@@ -23,12 +25,17 @@ void advance_position(World& world, StepContext& context) {
 void push_out(World& world, StepContext& context) {
   ContactStage& contact = context.contact;
   const PushOutSettings& settings = world.settings.push_out;
+  const bool is_measured = may_gain_energy(world) && !settings.overlapping.empty();
+  const double before = is_measured ? potential_energy(world) : 0;  // J
   if (!settings.rigid_pairs && world.has(Effect::rigid_contact))
     separate_rigid_bodies(world.bodies, context.joints.response.prepared(), contact.graph,
                           settings.iterations, contact.contacts, contact.separation);
   if (settings.rigid_pairs || world.has(Effect::rigid_deformable_contact))
     resolve_interpenetration(world.bodies, contact.graph, settings, contact.contacts, contact.push_out);
   check_finite(world, Stage::push_out);
+  const std::vector<double>& kept = contact.push_out.kept;
+  const bool parts = std::any_of(kept.begin(), kept.end(), [](double overlap) { return overlap > 0; });
+  contact.parting_work = is_measured && parts ? potential_energy(world) - before : 0;
 }
 
 // Rotation is restored as angular momentum, so that angular velocities follow from the orientations at

@@ -59,12 +59,12 @@ bool leads_others(const Bodies& bodies, std::size_t body) {
                      [&](const EmbeddedParticle& particle) { return particle.body == body; });
 }
 
-// Returns whether something does work that is not measured: applied forces, motors, kinematic bodies that
-// move others by joints or pins, and bodies that have overlapped since the start of the scene.
+// Returns whether something does work that is not measured: applied forces, motors, and kinematic bodies that
+// move others by joints or pins.
 bool is_driven(const World& world) {
   const std::vector<Joint>& joints = world.bodies.articulation.joints;
   const std::vector<KinematicStep>& kinematic = world.context.kinematic;
-  return world.applied.any || !world.settings.push_out.overlapping.empty() ||
+  return world.applied.any ||
          std::any_of(joints.begin(), joints.end(), [](const Joint& joint) { return joint.control.on; }) ||
          std::any_of(kinematic.begin(), kinematic.end(), [&](const KinematicStep& step) {
            return moves_in(world, step) && leads_others(world.bodies, step.body);
@@ -96,6 +96,11 @@ bool may_gain_energy(const World& world) {
   return world.has_internal_forces() ? world.settings.implicit_elasticity : world.touches();
 }
 
+double potential_energy(const World& world) {
+  const Bodies& bodies = world.bodies;
+  return bodies.forces.energy(bodies.particles.x) + gravitational_energy(bodies, world.gravity);
+}
+
 StoredEnergy energy_now(const World& world) {
   const Bodies& bodies = world.bodies;
   const double moving = kinetic_energy(bodies) + bodies.forces.energy(bodies.particles.x);
@@ -106,8 +111,8 @@ bool gains_energy(const World& world, const StoredEnergy& before, Refusal& refus
   if (is_driven(world)) return false;
   const bool is_implicit = world.has_internal_forces();
   const StoredEnergy now = energy_now(world);
-  const double mass = mass_of(world.bodies);  // kg
-  double work = 0, uncertain = 0;             // J
+  const double mass = mass_of(world.bodies);                        // kg
+  double work = world.context.contact.parting_work, uncertain = 0;  // J
   visit_work(world, [&](double of_body) {
     work += of_body;
     uncertain += work_share * std::abs(of_body);

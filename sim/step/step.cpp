@@ -65,6 +65,7 @@ bool step(World& world, double time, double dt, Refusal* refusal) {
   world.ledger.begin_step(world);
   world.contact_tally.begin_step(world.bodies);
   world.stage_hashes.begin_step(world);
+  context.contact.parting_work = 0;
   for (const StageRow& row : stage_table) {
     if (!runs(row, world)) continue;
     if (row.work)

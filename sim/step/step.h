@@ -45,11 +45,14 @@ struct StoredEnergy {
 };
 /// Returns the energy of the world now.
 StoredEnergy energy_now(const World& world);
+/// Returns the elastic and gravitational energy of all bodies, J.
+double potential_energy(const World& world);
 /// Returns whether the step that began with the energy `before` is to be refused for its gain of energy.
 ///
 /// A step is refused if it has gained more than a scene that nothing drives may, and if a shorter step helps.
-/// Never in scenes with motors, moving kinematic bodies, or bodies that overlapped at the start. Stores the
-/// gain in `refusal`.
+/// Never in scenes with motors or with kinematic bodies that move others by joints or pins. The work of other
+/// kinematic bodies, and of parting bodies that overlap since the start, is left out. Stores the gain in
+/// `refusal`.
 bool gains_energy(const World& world, const StoredEnergy& before, Refusal& refusal);
 
 /// Puts the positions, orientations and velocities of time n back, as begin_step() stored them.

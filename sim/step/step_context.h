@@ -93,6 +93,7 @@ struct ContactStage {
   ContactSolveScratch solve;               ///< scratch of the contact solver
   PushOutScratch push_out;                 ///< scratch of IV.2
   SeparationScratch separation;            ///< scratch of IV.2 between rigid bodies
+  double parting_work = 0;  ///< J, potential energy that IV.2 has given bodies that overlap since the start
 };
 
 /// Contact between deformable surfaces: I.3, self-collisions in IV, and V.4.
