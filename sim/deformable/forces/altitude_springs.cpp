@@ -89,7 +89,7 @@ double8 AltitudeSprings::choose(const Batch& batch, const std::array<vector8, 4>
     largest = select(larger, squared, largest);
     best = select(larger, double8{} + static_cast<double>(a), best);
   }
-  if (!any_of(best != chosen.altitude)) return largest;
+  if (!any_of(best < chosen.altitude) && !any_of(chosen.altitude < best)) return largest;
   chosen.altitude = best;
   chosen.between_edges = best >= static_cast<double>(first_between_edges);
   for (std::size_t lane = 0; lane < pack_width; ++lane) {
