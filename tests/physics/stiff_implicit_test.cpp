@@ -48,7 +48,7 @@ double energy_of(const World& world) {
   return test::mechanical_energy(world) + potential;
 }
 
-// Without the factorization a frame takes 10,000 to 60,000 iterations, and its solves end without having
+// Without the factorization a substep takes up to 17,000 iterations, and its solves end without having
 // converged. Energy may rise by rounding and the tolerance of the solves only.
 TEST(StiffImplicit, CurtainsNeedFewIterationsAndLoseEnergy) {
   double most = 0, gained = 0;
@@ -67,7 +67,7 @@ TEST(StiffImplicit, CurtainsNeedFewIterationsAndLoseEnergy) {
       }
       EXPECT_LT(simulation.world().bodies.rigid.state.back().velocity.x(), 3.9) << "it was hit";
     }
-  test::expect_below(most, 2000, "iterations of a substep");
+  test::expect_below(most, 5000, "iterations of a substep");
   test::expect_below(gained, 1e-3, "energy gained, over that of the ball");
 }
 
