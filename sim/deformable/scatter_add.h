@@ -119,17 +119,28 @@ class ScatterAdd {
   }
 
  private:
+  // Number of partial sums by which for_each() asks for memory ahead of its additions.
+  static constexpr std::size_t sums_ahead = 24;
+
   // Returns whether no particle between the block's first and last one is in the mask.
   bool is_idle(std::size_t block) const {
     return mask_ && !mask_->meets(particle_[first_[block]], particle_[first_[block + 1] - 1]);
   }
+  // Calls of fill() and visit() for the batches [begin, end) of a block. What `add` and `work` call becomes
+  // part of them, so that the values of a batch stay in registers and what two formulas share is computed
+  // once.
+  template <std::size_t rows, class Add>
+  void fill_block(std::size_t begin, std::size_t end, Add& add);
+  template <class Row, class Work>
+  void visit_block(std::size_t begin, std::size_t end, const std::vector<Vec3>& values, Work& work) const;
 
   const ParticleMask* mask_ = nullptr;
   std::size_t batches_ = 0;
   std::vector<std::size_t> first_;       // by block: index of its first partial sum; one entry past the last
   std::vector<std::uint32_t> particle_;  // by partial sum: its particle, ascending within a block
   std::vector<std::uint32_t> start_;     // by particle: its first entry in sum_; one entry past the last
-  std::vector<std::uint32_t> sum_;       // indices of partial sums, grouped by particle
+  // Indices of partial sums, grouped by particle, and sums_ahead more valid ones.
+  std::vector<std::uint32_t> sum_;
   std::vector<double4> values_;          // the partial sums, `rows` Quads each
 };
 
@@ -157,7 +168,7 @@ void ScatterAdd::build(std::vector<Batch>& batches, std::size_t particle_count) 
   start_.assign(particle_count + 1, 0);
   for (const std::uint32_t p : particle_) ++start_[p + std::size_t{1}];
   for (std::size_t p = 0; p < particle_count; ++p) start_[p + 1] += start_[p];
-  sum_.resize(particle_.size());
+  sum_.assign(particle_.size() + sums_ahead, 0);
   std::vector<std::uint32_t> next = start_;
   for (std::size_t k = 0; k < particle_.size(); ++k)
     sum_[next[particle_[k]]++] = static_cast<std::uint32_t>(k);
@@ -166,31 +177,41 @@ void ScatterAdd::build(std::vector<Batch>& batches, std::size_t particle_count) 
 
 template <std::size_t rows, class Add>
 void ScatterAdd::fill(Add&& add) {
-  values_.resize(std::max(values_.size(), rows * sum_.size()));
-  parallel_for(batches_, batches_of_block, [&](std::size_t begin, std::size_t end) {
-    const std::size_t block = begin / batches_of_block;
-    if (is_idle(block)) return;
-    double4* sums = values_.data() + rows * first_[block];
-    std::fill(sums, values_.data() + rows * first_[block + 1], double4{});
-    for (std::size_t b = begin; b < end; ++b) add(b, sums);
-  });
+  values_.resize(std::max(values_.size(), rows * particle_.size()));
+  parallel_for(batches_, batches_of_block,
+               [&](std::size_t begin, std::size_t end) { fill_block<rows>(begin, end, add); });
+}
+
+template <std::size_t rows, class Add>
+[[gnu::flatten]] void ScatterAdd::fill_block(std::size_t begin, std::size_t end, Add& add) {
+  const std::size_t block = begin / batches_of_block;
+  if (is_idle(block)) return;
+  double4* sums = values_.data() + rows * first_[block];
+  std::fill(sums, values_.data() + rows * first_[block + 1], double4{});
+  for (std::size_t b = begin; b < end; ++b) add(b, sums);
 }
 
 template <class Row, class Work>
 void ScatterAdd::visit(const std::vector<Vec3>& values, Work&& work) const {
-  parallel_for(batches_, batches_of_block, [&](std::size_t begin, std::size_t end) {
-    if (is_idle(begin / batches_of_block)) return;
-    const std::size_t first = first_[begin / batches_of_block], last = first_[begin / batches_of_block + 1];
-    Row rows[max_corners * batches_of_block * pack_width];
-    using Scalar = std::remove_cvref_t<decltype(rows[0][0])>;
-    const Vec3 origin = std::is_same_v<Row, double4> ? Vec3(Vec3::Zero()) : values[particle_[first]];
-    for (std::size_t k = first; k < last; ++k) {
-      const Vec3 value = values[particle_[k]] - origin;
-      rows[k - first] =
-          Row{static_cast<Scalar>(value[0]), static_cast<Scalar>(value[1]), static_cast<Scalar>(value[2]), 0};
-    }
-    for (std::size_t b = begin; b < end; ++b) work(b, rows);
-  });
+  parallel_for(batches_, batches_of_block,
+               [&](std::size_t begin, std::size_t end) { visit_block<Row>(begin, end, values, work); });
+}
+
+template <class Row, class Work>
+[[gnu::flatten]] void ScatterAdd::visit_block(std::size_t begin, std::size_t end,
+                                              const std::vector<Vec3>& values, Work& work) const {
+  const std::size_t block = begin / batches_of_block;
+  if (is_idle(block)) return;
+  const std::size_t first = first_[block], last = first_[block + 1];
+  Row rows[max_corners * batches_of_block * pack_width];
+  using Scalar = std::remove_cvref_t<decltype(rows[0][0])>;
+  const Vec3 origin = std::is_same_v<Row, double4> ? Vec3(Vec3::Zero()) : values[particle_[first]];
+  for (std::size_t k = first; k < last; ++k) {
+    const Vec3 value = values[particle_[k]] - origin;
+    rows[k - first] =
+        Row{static_cast<Scalar>(value[0]), static_cast<Scalar>(value[1]), static_cast<Scalar>(value[2]), 0};
+  }
+  for (std::size_t b = begin; b < end; ++b) work(b, rows);
 }
 
 template <class Row, class Add>
@@ -212,8 +233,10 @@ void ScatterAdd::for_each(Work&& work) const {
     for (std::size_t p = begin; p < end; ++p) {
       if (start_[p] == start_[p + 1]) continue;
       std::array<double4, rows> sum{};
-      for (std::uint32_t k = start_[p]; k < start_[p + 1]; ++k)
+      for (std::uint32_t k = start_[p]; k < start_[p + 1]; ++k) {
+        __builtin_prefetch(&values_[rows * sum_[k + sums_ahead]]);
         for (std::size_t row = 0; row < rows; ++row) sum[row] += values_[rows * sum_[k] + row];
+      }
       work(p, sum);
     }
   });

@@ -8,6 +8,18 @@
 #include "sim/base/dense_solvers.h"
 
 namespace duet {
+namespace {
+
+// Returns an upper bound on the squares of the principal stretches, the eigenvalues of C, by more than their
+// rounding. It is the largest eigenvalue if the other two are equal.
+//
+//     m + sqrt(2/3) |C - m 1|,   m = tr(C) / 3
+double largest_square_bound(const Mat3& C) {
+  const double mean = C.trace() / 3;
+  return (1 + 1e-12) * (mean + std::sqrt((C - mean * Mat3::Identity()).squaredNorm() * (2.0 / 3)));
+}
+
+}  // namespace
 
 Mat3 edge_matrix(const Tet& tet, const std::vector<Vec3>& x) {
   Mat3 edges;
@@ -27,9 +39,9 @@ void take_strain(const std::vector<Tet>& tets, const std::vector<Mat3>& inverse_
       strain.min_det = det;
       strain.worst_tet = static_cast<int>(t);
     }
-    // The norm of F is an upper bound on its stretches.
-    if (F.squaredNorm() <= strain.max_stretch * strain.max_stretch) continue;
-    const Vec3 squares = symmetric_eigen<3>(F.transpose() * F).values;
+    const Mat3 C = F.transpose() * F;
+    if (largest_square_bound(C) <= strain.max_stretch * strain.max_stretch) continue;
+    const Vec3 squares = symmetric_eigen<3>(C).values;
     strain.max_stretch = std::max(strain.max_stretch, std::sqrt(squares[2]));
   }
 }
