@@ -84,6 +84,11 @@ class ScatterAdd {
   /// accuracy.
   template <class Row = double4, class Add>
   void fill_from(const std::vector<Vec3>& values, Add&& add);
+  /// Computes partial sums from `values` by add() like fill_from(), and others from `others` by add_other(),
+  /// block after block. The others are kept for add_kept_to().
+  template <class Add, class AddOther>
+  void fill_both_from(const std::vector<Vec3>& values, Add&& add, const std::vector<Vec3>& others,
+                      AddOther&& add_other);
   /// Calls work(index of a batch, rows) like fill_from(), but computes no sums.
   template <class Row = double4, class Work>
   void visit(const std::vector<Vec3>& values, Work&& work) const;
@@ -101,10 +106,18 @@ class ScatterAdd {
   ///
   /// `sum` is an array of `rows` Quads, the total over all blocks.
   template <std::size_t rows = 1, class Work>
-  void for_each(Work&& work) const;
+  void for_each(Work&& work) const {
+    for_each<rows>(values_, work);
+  }
   /// Adds the first three components of each particle's sum to its entry of `totals`.
   void add_to(std::vector<Vec3>& totals) const {
     for_each([&](std::size_t p, const std::array<double4, 1>& sum) {
+      totals[p] += Vec3(sum[0][0], sum[0][1], sum[0][2]);
+    });
+  }
+  /// Adds the first three components of the sums that fill_both_from() has kept, under the same mask.
+  void add_kept_to(std::vector<Vec3>& totals) const {
+    for_each<1>(kept_, [&](std::size_t p, const std::array<double4, 1>& sum) {
       totals[p] += Vec3(sum[0][0], sum[0][1], sum[0][2]);
     });
   }
@@ -132,7 +145,19 @@ class ScatterAdd {
   template <std::size_t rows, class Add>
   void fill_block(std::size_t begin, std::size_t end, Add& add);
   template <class Row, class Work>
-  void visit_block(std::size_t begin, std::size_t end, const std::vector<Vec3>& values, Work& work) const;
+  void visit_block(std::size_t begin, std::size_t end, const std::vector<Vec3>& values, Work&& work) const;
+  // Returns the work of visit_block() that computes the partial sums in `all` by add().
+  template <class Row, class Add>
+  auto sums_by(Add& add, std::vector<double4>& all) const {
+    return [&](std::size_t b, const Row* rows) {
+      const std::size_t block = b / batches_of_block;
+      double4* sums = all.data() + first_[block];
+      if (b % batches_of_block == 0) std::fill(sums, all.data() + first_[block + 1], double4{});
+      add(b, rows, sums);
+    };
+  }
+  template <std::size_t rows, class Work>
+  void for_each(const std::vector<double4>& values, Work&& work) const;
 
   const ParticleMask* mask_ = nullptr;
   std::size_t batches_ = 0;
@@ -141,7 +166,8 @@ class ScatterAdd {
   std::vector<std::uint32_t> start_;     // by particle: its first entry in sum_; one entry past the last
   // Indices of partial sums, grouped by particle, and sums_ahead more valid ones.
   std::vector<std::uint32_t> sum_;
-  std::vector<double4> values_;          // the partial sums, `rows` Quads each
+  std::vector<double4> values_;  // the partial sums, `rows` Quads each
+  std::vector<double4> kept_;    // those of fill_both_from(), one double4 each
 };
 
 template <class Batch>
@@ -199,7 +225,7 @@ void ScatterAdd::visit(const std::vector<Vec3>& values, Work&& work) const {
 
 template <class Row, class Work>
 [[gnu::flatten]] void ScatterAdd::visit_block(std::size_t begin, std::size_t end,
-                                              const std::vector<Vec3>& values, Work& work) const {
+                                              const std::vector<Vec3>& values, Work&& work) const {
   const std::size_t block = begin / batches_of_block;
   if (is_idle(block)) return;
   const std::size_t first = first_[block], last = first_[block + 1];
@@ -216,16 +242,21 @@ template <class Row, class Work>
 
 template <class Row, class Add>
 void ScatterAdd::fill_from(const std::vector<Vec3>& values, Add&& add) {
-  visit<Row>(values, [&](std::size_t b, const Row* rows) {
-    const std::size_t block = b / batches_of_block;
-    double4* sums = values_.data() + first_[block];
-    if (b % batches_of_block == 0) std::fill(sums, values_.data() + first_[block + 1], double4{});
-    add(b, rows, sums);
+  visit<Row>(values, sums_by<Row>(add, values_));
+}
+
+template <class Add, class AddOther>
+void ScatterAdd::fill_both_from(const std::vector<Vec3>& values, Add&& add, const std::vector<Vec3>& others,
+                                AddOther&& add_other) {
+  kept_.resize(particle_.size());
+  parallel_for(batches_, batches_of_block, [&](std::size_t begin, std::size_t end) {
+    visit_block<double4>(begin, end, values, sums_by<double4>(add, values_));
+    visit_block<double4>(begin, end, others, sums_by<double4>(add_other, kept_));
   });
 }
 
 template <std::size_t rows, class Work>
-void ScatterAdd::for_each(Work&& work) const {
+void ScatterAdd::for_each(const std::vector<double4>& values, Work&& work) const {
   if (batches_ == 0) return;
   constexpr std::size_t grain = ParticleMask::chunk;
   parallel_for(start_.size() - 1, grain, [&](std::size_t begin, std::size_t end) {
@@ -234,8 +265,8 @@ void ScatterAdd::for_each(Work&& work) const {
       if (start_[p] == start_[p + 1]) continue;
       std::array<double4, rows> sum{};
       for (std::uint32_t k = start_[p]; k < start_[p + 1]; ++k) {
-        __builtin_prefetch(&values_[rows * sum_[k + sums_ahead]]);
-        for (std::size_t row = 0; row < rows; ++row) sum[row] += values_[rows * sum_[k] + row];
+        __builtin_prefetch(&values[rows * sum_[k + sums_ahead]]);
+        for (std::size_t row = 0; row < rows; ++row) sum[row] += values[rows * sum_[k] + row];
       }
       work(p, sum);
     }

@@ -330,9 +330,10 @@ void advance_semi_implicitly(World& world, StepContext& context) {
       solve.projection.add_joints(joints.solver);
     }
   }
-  find_explicit_forces(world, context);
   const double seconds = damping_at(world) * context.dt;
-  if (world.has_internal_forces()) bodies.forces.add_turn_forces(particles.v, seconds, solve.force);
+  const Turn turn{particles.v, seconds};
+  find_explicit_forces(world, context, &turn);
+  if (world.has_internal_forces()) bodies.forces.add_kept_turn_forces(turn, solve.force);
   solve_velocity(world, context, seconds, {&world.last_step.joint_drive, seconds}, projection,
                  SolveOf::advance_velocity);
   for (std::size_t p = 0; p < particles.size(); ++p)

@@ -147,8 +147,9 @@ void project_active_contacts(World& world, StepContext& context, const StickingB
 
 /// Sets context.solve.force to gravity and the elastic forces (N) at the positions now.
 ///
-/// If contact may be part of a solve, context.solve.explicit_force gets the same forces.
-void find_explicit_forces(World& world, StepContext& context);
+/// If contact may be part of a solve, context.solve.explicit_force gets the same forces. Unless `turn` is
+/// null, InternalForces::add_kept_turn_forces() can add its forces next.
+void find_explicit_forces(World& world, StepContext& context, const Turn* turn);
 /// Adds the change of the viscous forces (N) between x^{n+1/2}, the state of the elements, and the fraction
 /// `at` of the step, to which the velocities of a solve belong, at the mean velocities of the step; see
 /// InternalForces::add_turn_forces().

@@ -21,14 +21,14 @@ bool solves_at_end(const World& world) {
 
 void find_solve_constraints(World& world, StepContext& context) { project_active_contacts(world, context); }
 
-void find_explicit_forces(World& world, StepContext& context) {
+void find_explicit_forces(World& world, StepContext& context, const Turn* turn) {
   VelocitySolve& solve = context.solve;
   const Particles& particles = world.bodies.particles;
   solve.force.resize(particles.size());
   for (std::size_t p = 0; p < particles.size(); ++p) solve.force[p] = particles.mass[p] * world.gravity;
   if (world.has_internal_forces())
     world.clock.time(Stage::elastic_forces,
-                     [&] { world.bodies.forces.add_elastic_forces(particles.x, solve.force); });
+                     [&] { world.bodies.forces.add_elastic_forces(particles.x, solve.force, turn); });
   if (solves_contact(world)) solve.explicit_force = solve.force;
 }
 
@@ -55,9 +55,13 @@ void find_middle_forces(World& world, StepContext& context) {
   bring_bound_to_middle(bodies, states.rigid_n);
   if (world.has(Effect::springs) && !world.settings.implicit_elasticity)
     bodies.forces.choose_altitudes(bodies.particles.x);
-  find_explicit_forces(world, context);
-  if (solves_at_end(world) && !world.settings.constraints_before_solve)
-    add_turn_forces(world, context, world.settings.damping_at, context.solve.force);
+  const bool turns =
+      world.has_internal_forces() && solves_at_end(world) && !world.settings.constraints_before_solve;
+  const Turn turn{context.solve.mean_velocity, (world.settings.damping_at - 0.5) * context.dt};
+  find_explicit_forces(world, context, turns ? &turn : nullptr);
+  if (turns)
+    world.clock.time(Stage::elastic_forces,
+                     [&] { bodies.forces.add_kept_turn_forces(turn, context.solve.force); });
 }
 
 // V serves only to find the velocity at which V.3 evaluates the damping forces. With V at half of the step

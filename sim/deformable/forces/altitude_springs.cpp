@@ -138,23 +138,34 @@ vector8 AltitudeSprings::difference(const Chosen& chosen, const double4* rows) {
   return sum;
 }
 
-// `force_of(b, rows of values)` returns the force of batch b along the normal. It is distributed to the
-// corners by the weights.
+// The force is distributed to the corners by the weights.
+template <class Force>
+auto AltitudeSprings::forces_along(Force force_of) const {
+  return [this, force_of](std::size_t b, const double4* rows, double4* sums) {
+    const Chosen& chosen = chosen_[b];
+    const double8 force = force_of(chosen, rows);
+    for (std::size_t i = 0; i < 4; ++i)
+      ScatterAdd::spread(chosen.slot[i], (force * chosen.weight[i]) * chosen.normal, double8{}, sums);
+  };
+}
+
 template <class Force>
 void AltitudeSprings::add_forces(const std::vector<Vec3>& values, std::vector<Vec3>& totals,
                                  Force&& force_of) {
-  sums_.fill_from(values, [&](std::size_t b, const double4* rows, double4* sums) {
-    const Chosen& chosen = chosen_[b];
-    const double8 force = force_of(b, rows);
-    for (std::size_t i = 0; i < 4; ++i)
-      ScatterAdd::spread(chosen.slot[i], (force * chosen.weight[i]) * chosen.normal, double8{}, sums);
-  });
+  sums_.fill_from(values, forces_along(force_of));
   sums_.add_to(totals);
 }
 
+auto AltitudeSprings::turn_force(double seconds) {
+  return [seconds](const Chosen& chosen, const double4* rows) {
+    const double8 rate = turn_rate(chosen.normal, chosen.length, difference(chosen, rows), seconds);
+    return -chosen.viscosity * select(chosen.length < double8{}, -rate, rate);
+  };
+}
+
 void AltitudeSprings::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force,
-                                         std::vector<double>& geometric_stiffness) {
-  sums_.fill_from(x, [&](std::size_t b, const double4* rows, double4* sums) {
+                                         std::vector<double>& geometric_stiffness, const Turn* turn) {
+  const auto elastic = [&](std::size_t b, const double4* rows, double4* sums) {
     Chosen& chosen = chosen_[b];
     const Altitude now = altitude(chosen, rows);
     chosen.weight = now.weight;
@@ -166,23 +177,22 @@ void AltitudeSprings::add_elastic_forces(const std::vector<Vec3>& x, std::vector
     for (std::size_t i = 0; i < 4; ++i)
       ScatterAdd::spread(chosen.slot[i], (along * chosen.weight[i]) * chosen.normal,
                          abs_of(chosen.weight[i]) * side, sums);
-  });
+  };
+  if (turn)
+    sums_.fill_both_from(x, elastic, turn->v, forces_along(turn_force(turn->seconds)));
+  else
+    sums_.fill_from(x, elastic);
   sums_.add_to(force, geometric_stiffness);
 }
 
 void AltitudeSprings::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
-  add_forces(v, force, [&](std::size_t b, const double4* rows) {
-    const Chosen& chosen = chosen_[b];
+  add_forces(v, force, [](const Chosen& chosen, const double4* rows) {
     return -chosen.viscosity * dot(chosen.normal, difference(chosen, rows));
   });
 }
 
 void AltitudeSprings::add_turn_forces(const std::vector<Vec3>& v, double seconds, std::vector<Vec3>& force) {
-  add_forces(v, force, [&](std::size_t b, const double4* rows) {
-    const Chosen& chosen = chosen_[b];
-    const double8 rate = turn_rate(chosen.normal, chosen.length, difference(chosen, rows), seconds);
-    return -chosen.viscosity * select(chosen.length < double8{}, -rate, rate);
-  });
+  add_forces(v, force, turn_force(seconds));
 }
 
 // The block of a corner is c w^2 n n^T, with the viscosity c, its weight w and the direction n of the
@@ -197,8 +207,7 @@ void AltitudeSprings::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
 }
 
 void AltitudeSprings::add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force) {
-  add_forces(dx, force, [&](std::size_t b, const double4* rows) {
-    const Chosen& chosen = chosen_[b];
+  add_forces(dx, force, [](const Chosen& chosen, const double4* rows) {
     return -chosen.stiffness * dot(chosen.normal, difference(chosen, rows));
   });
 }

@@ -15,6 +15,7 @@
 #include "sim/base/pack_vector.h"
 #include "sim/deformable/forces/dashpots.h"
 #include "sim/deformable/forces/particle_blocks.h"
+#include "sim/deformable/forces/turn.h"
 #include "sim/deformable/materials/symmetric_block.h"
 #include "sim/deformable/scatter_add.h"
 #include "sim/geometry/mesh/tet_mesh.h"
@@ -50,13 +51,15 @@ class AltitudeSprings {
   /// InternalForces::finalize()) of the geometric stiffness k |h - H| / max(|h|, H) (N/m) of altitudes that
   /// are longer or shorter than at rest, as Springs::add_elastic_forces() does.
   void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force,
-                          std::vector<double>& geometric_stiffness);
+                          std::vector<double>& geometric_stiffness, const Turn* turn = nullptr);
   /// Adds the viscous forces for the velocities `v` (m/s) to `force` (N), in the directions of the last
   /// add_elastic_forces(): linear in v, symmetric and negative semi-definite.
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
   /// Adds the change of the viscous forces between the state of the last add_elastic_forces() and `seconds`
   /// later, for particles that keep the velocities `v` (m/s), to `force` (N); see Springs::add_turn_forces().
   void add_turn_forces(const std::vector<Vec3>& v, double seconds, std::vector<Vec3>& force);
+  /// Adds the turn forces that the last add_elastic_forces() has computed (Turn) to `force` (N).
+  void add_kept_turn_forces(std::vector<Vec3>& force) const { sums_.add_kept_to(force); }
   /// Adds the viscous forces like add_damping_forces(), in single precision.
   void add_damping_forces_single(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
     add_dashpot_forces(dashpots_, sums_, v, force);
@@ -138,6 +141,12 @@ class AltitudeSprings {
   static Altitude altitude(const Chosen& chosen, const double4* rows);
   // Returns sum w_i of the values at the corners, with the weights of the last add_elastic_forces().
   static vector8 difference(const Chosen& chosen, const double4* rows);
+  // Returns the work of a batch, for sums_, that adds the forces along the normals which force_of(chosen,
+  // rows of values) returns.
+  template <class Force>
+  auto forces_along(Force force_of) const;
+  // Returns the force of add_turn_forces() along the normal.
+  static auto turn_force(double seconds);
   template <class Force>
   void add_forces(const std::vector<Vec3>& values, std::vector<Vec3>& totals, Force&& force_of);
 

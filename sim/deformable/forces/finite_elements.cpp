@@ -312,9 +312,10 @@ double8 FiniteElements::relaxed_omega_squared(Model, std::size_t b, const Matrix
   return min_of(squared, select(is_extrapolated, bound, relaxed));
 }
 
-void FiniteElements::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force) {
+void FiniteElements::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force,
+                                        const Turn* turn) {
   if (tets_.empty()) return;
-  sums_.fill_from(x, [&](std::size_t b, const double4* rows, double4* sums) {
+  const auto elastic = [&](std::size_t b, const double4* rows, double4* sums) {
     const Batch& batch = batches_[b];
     const Matrix3<double8> F = gradient(batch, rows);
     keep_deformation(b, F);
@@ -324,7 +325,13 @@ void FiniteElements::add_elastic_forces(const std::vector<Vec3>& x, std::vector<
       const double8 weighted_frequency = batch.volume * omega_squared(Model{}, b, F);
       spread_forces(batch, Model::stress(mu, lambda, F), weighted_frequency, sums);
     });
-  });
+  };
+  if (turn)
+    sums_.fill_both_from(x, elastic, turn->v, [&](std::size_t b, const double4* rows, double4* sums) {
+      spread_turn(b, rows, turn->seconds, sums);
+    });
+  else
+    sums_.fill_from(x, elastic);
   sums_.for_each([&](std::size_t p, const std::array<double4, 1>& sum) {
     force[p] += Vec3(sum[0][0], sum[0][1], sum[0][2]);
     particle_frequency_[p] = outer_omega_squared(p) + sum[0][3] / particle_volume_[p];
@@ -359,18 +366,21 @@ void FiniteElements::add_damping_forces(const std::vector<Vec3>& v, std::vector<
   add_drag(v, force);
 }
 
+void FiniteElements::spread_turn(std::size_t b, const double4* rows, double seconds, double4* sums) const {
+  const std::array<vector8, 3> F = columns_of(deformation_[b]);
+  const vector8 spin = spin_of_columns<3>(F, columns_of(gradient(batches_[b], rows)));
+  const double8 time = turn_time(spin, material_of_batch(b).is_pressurized ? 0 : seconds);
+  std::array<vector8, 3> turned;
+  for (std::size_t k = 0; k < 3; ++k) turned[k] = cross(spin, F[k]);
+  Matrix3<double8> A;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t k = 0; k <= i; ++k) A[i][k] = A[k][i] = time * dot(turned[i], turned[k]);
+  spread_forces(batches_[b], stress_of_rate(b, A), double8{}, sums);
+}
+
 void FiniteElements::add_turn_forces(const std::vector<Vec3>& v, double seconds, std::vector<Vec3>& force) {
-  sums_.fill_from(v, [&](std::size_t b, const double4* rows, double4* sums) {
-    const std::array<vector8, 3> F = columns_of(deformation_[b]);
-    const vector8 spin = spin_of_columns<3>(F, columns_of(gradient(batches_[b], rows)));
-    const double8 time = turn_time(spin, material_of_batch(b).is_pressurized ? 0 : seconds);
-    std::array<vector8, 3> turned;
-    for (std::size_t k = 0; k < 3; ++k) turned[k] = cross(spin, F[k]);
-    Matrix3<double8> A;
-    for (std::size_t i = 0; i < 3; ++i)
-      for (std::size_t k = 0; k <= i; ++k) A[i][k] = A[k][i] = time * dot(turned[i], turned[k]);
-    spread_forces(batches_[b], stress_of_rate(b, A), double8{}, sums);
-  });
+  sums_.fill_from(
+      v, [&](std::size_t b, const double4* rows, double4* sums) { spread_turn(b, rows, seconds, sums); });
   sums_.add_to(force);
 }
 

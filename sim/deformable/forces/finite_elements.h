@@ -9,6 +9,7 @@
 #include "sim/base/matrix3.h"
 #include "sim/base/types.h"
 #include "sim/deformable/forces/particle_blocks.h"
+#include "sim/deformable/forces/turn.h"
 #include "sim/deformable/gradient_scatter.h"
 #include "sim/deformable/materials/compression_stiffness.h"
 #include "sim/deformable/materials/material_model.h"
@@ -68,7 +69,7 @@ class FiniteElements {
   ///
   /// It also computes the bound max_omega_squared() and decides which compressed elements are damped
   /// (rely_on_damping()).
-  void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force);
+  void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force, const Turn* turn = nullptr);
   /// Adds the viscous forces for the velocities `v` (m/s) at the last deformation gradients to `force` (N):
   /// linear in v, symmetric and negative semi-definite.
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
@@ -84,6 +85,8 @@ class FiniteElements {
   /// are. So are pressurized elements: at rest their pressures push particles to and fro in every step, which
   /// is no turn.
   void add_turn_forces(const std::vector<Vec3>& v, double seconds, std::vector<Vec3>& force);
+  /// Adds the turn forces that the last add_elastic_forces() has computed (Turn) to `force` (N).
+  void add_kept_turn_forces(std::vector<Vec3>& force) const { sums_.add_kept_to(force); }
   /// Adds the viscous forces in single precision: to about 1e-7 of the forces of each element, with half the
   /// memory traffic.
   ///
@@ -264,6 +267,8 @@ class FiniteElements {
   template <class Model>
   double8 relaxed_omega_squared(Model, std::size_t batch, const Matrix3<double8>& F, const double8& squared,
                                 const double8& soft, const double8& bound);
+  // Adds the forces of add_turn_forces() for the velocities `rows` (m/s) to the partial sums.
+  void spread_turn(std::size_t batch, const double4* rows, double seconds, double4* sums) const;
   // Returns the viscous stress of a batch for the rate `Fdot` (1/s), Pa.
   Matrix3<double8> damping_stress(std::size_t batch, const Matrix3<double8>& Fdot) const;
   // Returns its part that is a function of the strain rate sym(A), 1/s.

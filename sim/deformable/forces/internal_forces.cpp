@@ -117,13 +117,15 @@ bool InternalForces::empty() const {
   return count == 0;
 }
 
-void InternalForces::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force) {
-  elements.add_elastic_forces(x, force);
+void InternalForces::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force,
+                                        const Turn* turn) {
+  if (turn && turn->seconds == 0) turn = nullptr;
+  elements.add_elastic_forces(x, force, turn);
   std::fill(geometric_stiffness_.begin(), geometric_stiffness_.end(), 0);
   membranes.add_elastic_forces(x, force);
-  edge_springs.add_elastic_forces(x, force, geometric_stiffness_);
-  altitude_springs.add_elastic_forces(x, force, geometric_stiffness_);
-  bending_springs.add_elastic_forces(x, force);
+  edge_springs.add_elastic_forces(x, force, geometric_stiffness_, turn);
+  altitude_springs.add_elastic_forces(x, force, geometric_stiffness_, turn);
+  bending_springs.add_elastic_forces(x, force, turn);
   rod_bending.add_elastic_forces(x, force);
   shell_bending.add_elastic_forces(x, force);
   zero_length_springs.add_elastic_forces(x, force);
@@ -144,6 +146,15 @@ void InternalForces::add_turn_forces(const std::vector<Vec3>& v, double seconds,
   edge_springs.add_turn_forces(v, seconds, force);
   altitude_springs.add_turn_forces(v, seconds, force);
   bending_springs.add_turn_forces(v, seconds, force);
+}
+
+void InternalForces::add_kept_turn_forces(const Turn& turn, std::vector<Vec3>& force) {
+  if (turn.seconds == 0) return;
+  elements.add_kept_turn_forces(force);
+  membranes.add_turn_forces(turn.v, turn.seconds, force);
+  edge_springs.add_kept_turn_forces(force);
+  altitude_springs.add_kept_turn_forces(force);
+  bending_springs.add_kept_turn_forces(force);
 }
 
 void InternalForces::add_damping_forces_single(const std::vector<Vec3>& v, std::vector<Vec3>& force) {

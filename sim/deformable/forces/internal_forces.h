@@ -54,7 +54,9 @@ class InternalForces {
   void choose_altitudes(const std::vector<Vec3>& x) { altitude_springs.choose(x); }
   /// Adds the elastic forces at the positions `x` (m) to `force` (N), keeps the state of deformation for
   /// damping and differentials, and updates max_omega_squared().
-  void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force);
+  ///
+  /// Unless `turn` is null, it also prepares add_kept_turn_forces() for it.
+  void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force, const Turn* turn = nullptr);
   /// Adds the viscous forces for the velocities `v` (m/s) in the state of the last add_elastic_forces() to
   /// `force` (N): linear in v, symmetric and negative semi-definite.
   void add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force);
@@ -66,6 +68,9 @@ class InternalForces {
   /// energy while it does. Zero-length springs and mass-proportional damping have no such part. Springs on
   /// curvatures are left out: these may be almost zero, and then have no direction that turns.
   void add_turn_forces(const std::vector<Vec3>& v, double seconds, std::vector<Vec3>& force);
+  /// Adds the forces of add_turn_forces() for the `turn` of the last add_elastic_forces(), most of which that
+  /// has computed, to `force` (N).
+  void add_kept_turn_forces(const Turn& turn, std::vector<Vec3>& force);
   /// Adds the viscous forces like add_damping_forces(), in single precision except those of membranes and
   /// zero-length springs.
   void add_damping_forces_single(const std::vector<Vec3>& v, std::vector<Vec3>& force);

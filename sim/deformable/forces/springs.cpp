@@ -80,25 +80,37 @@ void Springs<N, R>::Batch::spread(const std::array<vector8, R>& force, const std
   }
 }
 
-// `force_of(row, d)` returns the forces along d of the springs of one row, where d = sum w_i of `values`.
-// They are distributed to the particles by the weights.
+// The forces are distributed to the particles by the weights.
 template <std::size_t N, std::size_t R>
 template <class Force>
-void Springs<N, R>::add_forces(const std::vector<Vec3>& values, std::vector<Vec3>& totals, Force&& force_of) {
-  sums_.fill_from(values, [&](std::size_t b, const double4* rows, double4* sums) {
+auto Springs<N, R>::forces_along(Force force_of) const {
+  return [this, force_of](std::size_t b, const double4* rows, double4* sums) {
     const Batch& batch = batches_[b];
     const std::array<vector8, N> here = batch.gather(rows);
     std::array<vector8, R> force;
     for (std::size_t r = 0; r < R; ++r) force[r] = force_of(batch.row[r], batch.row[r].difference(here));
     batch.spread(force, {}, sums);
-  });
+  };
+}
+
+template <std::size_t N, std::size_t R>
+template <class Force>
+void Springs<N, R>::add_forces(const std::vector<Vec3>& values, std::vector<Vec3>& totals, Force&& force_of) {
+  sums_.fill_from(values, forces_along(force_of));
   sums_.add_to(totals);
 }
 
 template <std::size_t N, std::size_t R>
+auto Springs<N, R>::turn_force(double seconds) {
+  return [seconds](const Row& row, const vector8& difference) {
+    return (-row.viscosity * turn_rate(row.direction, row.length, difference, seconds)) * row.direction;
+  };
+}
+
+template <std::size_t N, std::size_t R>
 void Springs<N, R>::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force,
-                                       std::vector<double>& geometric_stiffness) {
-  sums_.fill_from(x, [&](std::size_t b, const double4* rows, double4* sums) {
+                                       std::vector<double>& geometric_stiffness, const Turn* turn) {
+  const auto elastic = [&](std::size_t b, const double4* rows, double4* sums) {
     Batch& batch = batches_[b];
     const std::array<vector8, N> here = batch.gather(rows);
     std::array<vector8, R> along;
@@ -123,7 +135,11 @@ void Springs<N, R>::add_elastic_forces(const std::vector<Vec3>& x, std::vector<V
         geometric[i] += half * abs_of(row.weight[i]) * row.geometric_stiffness;
     }
     batch.spread(along, geometric, sums);
-  });
+  };
+  if (turn)
+    sums_.fill_both_from(x, elastic, turn->v, forces_along(turn_force(turn->seconds)));
+  else
+    sums_.fill_from(x, elastic);
   sums_.add_to(force, geometric_stiffness);
 }
 
@@ -136,9 +152,7 @@ void Springs<N, R>::add_damping_forces(const std::vector<Vec3>& v, std::vector<V
 
 template <std::size_t N, std::size_t R>
 void Springs<N, R>::add_turn_forces(const std::vector<Vec3>& v, double seconds, std::vector<Vec3>& force) {
-  add_forces(v, force, [seconds](const Row& row, const vector8& difference) {
-    return (-row.viscosity * turn_rate(row.direction, row.length, difference, seconds)) * row.direction;
-  });
+  add_forces(v, force, turn_force(seconds));
 }
 
 // The block of a particle is c w^2 u u^T, with the viscosity c, its weight w and the spring's direction u.

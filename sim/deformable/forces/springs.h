@@ -15,6 +15,7 @@
 #include "sim/base/pack_vector.h"
 #include "sim/deformable/forces/dashpots.h"
 #include "sim/deformable/forces/particle_blocks.h"
+#include "sim/deformable/forces/turn.h"
 #include "sim/deformable/materials/symmetric_block.h"
 #include "sim/deformable/scatter_add.h"
 
@@ -63,11 +64,11 @@ class Springs {
   /// InternalForces::finalize()) of the geometric stiffness k (1 - L / |d|) (N/m) of stretched springs. It
   /// acts across their direction, where their viscosity does not hold it.
   void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force,
-                          std::vector<double>& geometric_stiffness);
+                          std::vector<double>& geometric_stiffness, const Turn* turn = nullptr);
   /// Adds the elastic forces at the positions `x` (m) to `force` (N), without the geometric stiffness.
-  void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force) {
+  void add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force, const Turn* turn = nullptr) {
     std::vector<double> none;
-    add_elastic_forces(x, force, none);
+    add_elastic_forces(x, force, none, turn);
   }
   /// Adds the viscous forces for the velocities `v` (m/s) in the directions of the last add_elastic_forces()
   /// to `force` (N): linear in v, symmetric and negative semi-definite.
@@ -79,6 +80,8 @@ class Springs {
   /// is the part of d' across d. Without that, velocities of the later time seem to shorten a spring that
   /// turns, and a rope that whips gains energy.
   void add_turn_forces(const std::vector<Vec3>& v, double seconds, std::vector<Vec3>& force);
+  /// Adds the turn forces that the last add_elastic_forces() has computed (Turn) to `force` (N).
+  void add_kept_turn_forces(std::vector<Vec3>& force) const { sums_.add_kept_to(force); }
   /// Adds the viscous forces like add_damping_forces(), in single precision.
   void add_damping_forces_single(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
     add_dashpot_forces(dashpots_, sums_, v, force);
@@ -141,6 +144,12 @@ class Springs {
     void spread(const std::array<vector8, R>& force, const std::array<double8, N>& fourth,
                 double4* sums) const;
   };
+  // Returns the work of a batch, for sums_, that adds the forces along d which force_of(row, d) returns for
+  // the springs of one row, where d = sum w_i of the values.
+  template <class Force>
+  auto forces_along(Force force_of) const;
+  // Returns the force of add_turn_forces() along d.
+  static auto turn_force(double seconds);
   template <class Force>
   void add_forces(const std::vector<Vec3>& values, std::vector<Vec3>& totals, Force&& force_of);
 

@@ -281,6 +281,28 @@ TEST(InternalForces, TurnForcesLeaveNoDampingOfATurn) {
   }
 }
 
+// Turn forces that are computed with the elastic forces are, bit for bit, those of a pass of their own.
+TEST(InternalForces, KeptTurnForcesAreThoseOfAPassOfTheirOwn) {
+  std::vector<Specimen> all = specimens();
+  const TetMesh block = box_lattice(Vec3(1, 1.2, 0.9), Vec3i(3, 3, 3));
+  all.emplace_back("elements", block.nodes, [&](Specimen& s) {
+    s.forces.elements.add(block.tets, s.rest, {lame_parameters(1e4, 0.3, 0.1), {}, 0});
+  });
+  for (Specimen& s : all) {
+    SCOPED_TRACE(s.name);
+    const std::vector<Vec3> x = s.moved(6, 0.05), v = s.field(7, 3);
+    s.forces.choose_altitudes(x);
+    for (const double seconds : {0.0, 0.01}) {
+      std::vector<Vec3> one_by_one = s.elastic(x), together = zeros(x.size());
+      s.forces.add_turn_forces(v, seconds, one_by_one);
+      const Turn turn{v, seconds};
+      s.forces.add_elastic_forces(x, together, &turn);
+      s.forces.add_kept_turn_forces(turn, together);
+      EXPECT_EQ(together, one_by_one) << seconds << " s";
+    }
+  }
+}
+
 // The diagonal block of each particle is what damping does to the velocity of that particle alone. Membranes
 // give no blocks.
 TEST(InternalForces, DampingBlocksAreThoseOfTheOperator) {
