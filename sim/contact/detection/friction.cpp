@@ -10,14 +10,15 @@ namespace duet {
 // velocities, K times this matrix is the identity up to a normal part. The inverse of a symmetric 2 x 2
 // matrix is that matrix, turned by 90 degrees about the normal n, over its determinant. Here the determinant
 // is n . cof(K) n.
-ContactResponse::ContactResponse(const Mat3& factor, const Vec3& n)
-    : K(factor), normal_mass(1 / n.dot(factor * n)) {
+void ContactResponse::find_sticking() const {
+  const Vec3& n = normal_;
   const Vec3 a = K.col(0), b = K.col(1), c = K.col(2);
   const double determinant = n.dot(n[0] * b.cross(c) + n[1] * c.cross(a) + n[2] * a.cross(b));
   Mat3 turned;  // n x K
   turned << n.cross(a), n.cross(b), n.cross(c);
   const Mat3 back = turned.transpose() / determinant;
-  sticking << n.cross(back.col(0)), n.cross(back.col(1)), n.cross(back.col(2));
+  sticking_ << n.cross(back.col(0)), n.cross(back.col(1)), n.cross(back.col(2));
+  knows_sticking_ = true;
 }
 
 Vec3 friction_impulse(const FrictionContact& contact, const Vec3& velocity, double target) {

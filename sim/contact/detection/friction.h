@@ -6,17 +6,33 @@
 namespace duet {
 
 /// Linear response of the relative velocity at a contact to an impulse there. All is in world axes.
-struct ContactResponse {
+class ContactResponse {
+ public:
   Mat3 K = Mat3::Zero();   ///< 1/kg: change of the relative velocity per impulse on the guest.
   double normal_mass = 0;  ///< kg: 1 / (n . K n), normal impulse per change of the normal velocity.
-  /// kg: tangential impulse per tangential velocity that it alone is to stop.
-  Mat3 sticking = Mat3::Zero();
 
   /// Makes the response of a contact that nothing can move.
   ContactResponse() = default;
-  /// Computes the response for the matrix `K` (1/kg) and the unit normal `normal`. `K` has to be symmetric
-  /// and positive definite.
-  ContactResponse(const Mat3& K, const Vec3& normal);
+  /// Computes the response for the matrix K = `factor` (1/kg), which has to be symmetric and positive
+  /// definite, and the unit normal `n`.
+  ContactResponse(const Mat3& factor, const Vec3& n)
+      : K(factor), normal_mass(1 / n.dot(factor * n)), normal_(n), knows_sticking_(false) {}
+
+  /// Returns the tangential impulse per tangential velocity that it alone is to stop, kg.
+  ///
+  /// The first call computes it, because most contacts of a step exert nothing and never need it. So calls
+  /// for one contact must not run at the same time.
+  const Mat3& sticking() const {
+    if (!knows_sticking_) find_sticking();
+    return sticking_;
+  }
+
+ private:
+  void find_sticking() const;
+
+  Vec3 normal_ = Vec3::Zero();
+  mutable bool knows_sticking_ = true;
+  mutable Mat3 sticking_ = Mat3::Zero();
 };
 
 /// Properties of a contact that friction_impulse() needs.

@@ -16,7 +16,7 @@ namespace duet {
 inline Vec3 updated_friction(const ContactPoint& contact, const ContactResponse& response,
                              const Vec3& tangential_impulse, const Vec3& velocity, double normal_impulse) {
   const double most = contact.friction * normal_impulse;
-  const Vec3 sticking = tangential_impulse - response.sticking * velocity;
+  const Vec3 sticking = tangential_impulse - response.sticking() * velocity;
   if (sticking.squaredNorm() <= most * most) return sticking;
   if (most == 0) return Vec3::Zero();
   // The trace of K less its normal part bounds the largest tangential eigenvalue, so that the step is stable

@@ -13,7 +13,7 @@ FrictionContact contact_with(const Mat3& K, double friction) {
   return {Vec3::UnitY(), ContactResponse(K, Vec3::UnitY()), friction};
 }
 
-// The matrix `sticking` maps a tangential velocity to the tangential impulse that stops it, and a normal
+// The matrix sticking() maps a tangential velocity to the tangential impulse that stops it, and a normal
 // velocity to zero, for eccentric contacts of bodies with very different masses as well. The bounds are
 // rounding; an inverse of K itself would lose the digits of the ratio 1e6.
 TEST(ContactResponse, StickingStopsTangentialVelocities) {
@@ -24,10 +24,10 @@ TEST(ContactResponse, StickingStopsTangentialVelocities) {
     const Vec3 n = test::random_vector(random).normalized();
     const ContactResponse response(K, n);
     const Vec3 tangential = n.cross(test::random_vector(random));
-    const Vec3 impulse = response.sticking * tangential;
+    const Vec3 impulse = response.sticking() * tangential;
     EXPECT_LT(std::abs(impulse.dot(n)), 1e-13 * impulse.norm());
     EXPECT_LT(n.cross(tangential - K * impulse).norm(), 1e-12 * (K * impulse).norm());
-    EXPECT_LT((response.sticking * n).norm(), 1e-13 * response.sticking.norm());
+    EXPECT_LT((response.sticking() * n).norm(), 1e-13 * response.sticking().norm());
   }
 }
 
