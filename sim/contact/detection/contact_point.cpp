@@ -403,7 +403,9 @@ void follow_host(const Bodies& bodies, ContactPoint& contact) {
 
 }  // namespace
 
-void update_geometry(const Bodies& bodies, ContactPoint& contact) {
+// It runs three times a step for every contact. What it calls becomes part of it, so that touches and
+// responses are not written to memory on their way.
+[[gnu::flatten]] void update_geometry(const Bodies& bodies, ContactPoint& contact) {
   follow_host(bodies, contact);
   const auto host = as_index(contact.host);
   const RigidState& host_state = bodies.rigid.state[host];

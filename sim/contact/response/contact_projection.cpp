@@ -261,8 +261,10 @@ void ContactProjection::push_host(const Row& row, const Vec3& j, GeneralizedVelo
 }
 
 // Solves equation 4 for the change of velocity (dv, dw) of the host by the normal velocities that it has to
-// take up, then equation 3 for the impulse on every particle.
-void ContactProjection::project_block(const Block& block, ProjectTo goal, GeneralizedVelocity& v) const {
+// take up, then equation 3 for the impulse on every particle. What it calls becomes part of it, as in
+// project_row(), because conjugate gradients spend much of their time here.
+[[gnu::flatten]] void ContactProjection::project_block(const Block& block, ProjectTo goal,
+                                                       GeneralizedVelocity& v) const {
   Vec6 right = Vec6::Zero();
   const auto host = as_index(block.host);
   const bool moves = bodies_->rigid.properties[host].is_dynamic() && bodies_->push_back;
@@ -288,7 +290,8 @@ void ContactProjection::project_block(const Block& block, ProjectTo goal, Genera
   }
 }
 
-void ContactProjection::project_row(const Row& row, ProjectTo goal, GeneralizedVelocity& v) const {
+[[gnu::flatten]] void ContactProjection::project_row(const Row& row, ProjectTo goal,
+                                                     GeneralizedVelocity& v) const {
   const Vec3 impulse = -row.mass * (normal_velocity(row, v) - target_of(row, goal)) * row.normal;
   push(row, impulse, v);
   push_host(row, impulse, v);
