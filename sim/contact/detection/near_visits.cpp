@@ -79,11 +79,15 @@ void place_points(const Bodies& bodies, const std::vector<BodyPair>& pairs, Cand
       search.blocks.push_back({i, std::min(i + step, end), {}});
   }
   parallel_for(search.blocks.size(), 8, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b)
+    for (std::size_t b = begin; b < end; ++b) {
+      auto box = search.blocks[b].box;  // a copy stays in registers
       for (int i = search.blocks[b].begin; i < search.blocks[b].end; ++i) {
-        search.point[as_index(i)] = weighted(bodies.points[as_index(i)], bodies.particles.x);
-        search.blocks[b].box.extend(search.point[as_index(i)]);
+        const Vec3 x = weighted(bodies.points[as_index(i)], bodies.particles.x);
+        search.point[as_index(i)] = x;
+        box.extend(x);
       }
+      search.blocks[b].box = box;
+    }
   });
 }
 
