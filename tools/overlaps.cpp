@@ -76,15 +76,17 @@ Outcome overlaps(const OverlapOptions& options) {
   load_checkpoint(run, *search.found, simulation);
   const Overlaps found = find_overlaps(simulation, options.spacing);
   if (options.json) {
-    const nlohmann::ordered_json result = {{"frame", search.found->frame},
-                                           {"spacing", options.spacing},
-                                           {"rigid", object(found.rigid)},
-                                           {"deformable", object(found.deformable)}};
+    nlohmann::ordered_json result = {{"frame", search.found->frame},
+                                     {"spacing", options.spacing},
+                                     {"rigid", object(found.rigid)},
+                                     {"deformable", object(found.deformable)}};
+    if (found.drawn) result["drawn"] = object(*found.drawn);
     print(json_text(result) + '\n');
   } else {
     print(fmt::format("frame {}, surfaces looked at every {:g} mm\n", search.found->frame,
                       1000 * options.spacing) +
-          line("rigid bodies", found.rigid) + line("deformable bodies", found.deformable));
+          line("rigid bodies", found.rigid) + line("deformable bodies", found.deformable) +
+          (found.drawn ? line("drawn surfaces", *found.drawn) : ""));
   }
   return {};
 }

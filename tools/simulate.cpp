@@ -13,6 +13,7 @@
 #include "tools/overlap_notes.h"
 #include "tools/run_difference.h"
 #include "tools/run_products.h"
+#include "tools/run_totals.h"
 #include "tools/scene_files.h"
 #include "tools/version.h"
 #include "tools/volume_notes.h"
@@ -48,31 +49,6 @@ std::chrono::steady_clock::time_point end_of(std::optional<double> seconds) {
   return WallClock::now() +
          std::chrono::duration_cast<WallClock::duration>(std::chrono::duration<double>(*seconds));
 }
-
-// Sums up the cost of the frames that this process simulated, and the deepest penetration of them and of the
-// frame before.
-class Totals {
- public:
-  void add(const FrameStats& stats) {
-    ++frames_;
-    substeps_ += stats.substeps;
-    seconds_ += stats.seconds;
-    start_with(stats);
-  }
-  // Takes a frame into account that cost nothing here: frame 0, or the one after which a run continues.
-  void start_with(const FrameStats& stats) { penetration_ = std::max(penetration_, stats.max_penetration); }
-  std::string text() const {
-    if (frames_ == 0) return {};
-    return fmt::format("; {:.1f} substeps and {:.3g} s of simulation a frame, penetration at most {:.2g} m",
-                       static_cast<double>(substeps_) / frames_, seconds_ / frames_, penetration_);
-  }
-
- private:
-  int frames_ = 0;
-  std::int64_t substeps_ = 0;
-  double seconds_ = 0;      // wall time
-  double penetration_ = 0;  // m, largest at frame ends and at the start
-};
 
 // One simulation and its run directory.
 class Run {
@@ -144,7 +120,7 @@ class Run {
   int recorded_ = -1;                // last frame that is whole in the folder; -1: none
   std::vector<int> unwritten_;       // frames before a --resume whose meshes are asked for and not there
   std::vector<std::string> faults_;  // damaged and lost files of the frames before a --resume
-  Totals totals_;
+  RunTotals totals_;
   std::vector<PinchStats> pinched_;  // pinches so far, each with the least room of the run
   OverlapNotes overlap_notes_;
   VolumeNotes volume_notes_;

@@ -26,8 +26,8 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 // The columns of stats.jsonl that the page draws.
-constexpr const char* columns[] = {"time",    "substeps",  "seconds", "contacts", "max_penetration",
-                                   "kinetic", "potential", "elastic"};
+constexpr const char* columns[] = {"time",    "substeps",  "seconds", "contacts",         "max_penetration",
+                                   "kinetic", "potential", "elastic", "drawn_penetration"};
 
 // The statistics by column; null where the run has none. A last line that is being written is left out.
 Json read_columns(const io::RunDirectory& run, io::ExportNotes& notes) {

@@ -72,15 +72,17 @@ CarriedSurface::CarriedSurface(const Surface& surface, const TetMesh& mesh) {
   });
 }
 
+Vec3 CarriedSurface::position(std::size_t i, const Vec3* nodes) const {
+  const Carrier& carrier = carriers_[i];
+  Vec3 x = Vec3::Zero();
+  for (std::size_t k = 0; k < 4; ++k) x += carrier.weights[k] * nodes[carrier.nodes[k]];
+  return x;
+}
+
 void CarriedSurface::update(const Vec3* nodes, Surface& surface) const {
   DUET_ASSERT(surface.positions.size() == carriers_.size());
   parallel_for(carriers_.size(), grain, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) {
-      const Carrier& carrier = carriers_[i];
-      Vec3 x = Vec3::Zero();
-      for (std::size_t k = 0; k < 4; ++k) x += carrier.weights[k] * nodes[carrier.nodes[k]];
-      surface.positions[i] = x;
-    }
+    for (std::size_t i = begin; i < end; ++i) surface.positions[i] = position(i, nodes);
   });
   update_normals(surface);
 }

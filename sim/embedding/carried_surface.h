@@ -35,6 +35,8 @@ class CarriedSurface {
   bool empty() const { return carriers_.empty(); }
   /// Returns the embedding of each position.
   const std::vector<Carrier>& carriers() const { return carriers_; }
+  /// Returns position number `i` (m) as the mesh's nodes carry it, which `nodes` points to (m).
+  Vec3 position(std::size_t i, const Vec3* nodes) const;
   /// Moves the positions of `surface` with the mesh's nodes, which `nodes` points to (m), and updates its
   /// normals.
   ///

@@ -40,6 +40,13 @@ std::string stats_json(const FrameStats& stats) {
                  {"momentum", vector(stats.momentum)},
                  {"angular_momentum", vector(stats.angular_momentum)},
                  {"hash", fmt::format("{:016x}", stats.hash)}};
+  if (stats.drawn_overlap) {
+    const DeepestOverlap& deepest = *stats.drawn_overlap;
+    object["drawn_penetration"] = deepest.depth;
+    if (deepest.depth > 0)
+      object["deepest_drawn"] = {
+          {"body", deepest.guest}, {"in", deepest.host}, {"place", vector(deepest.place)}};
+  }
   if (!stats.ledger.empty()) {
     Json& ledger = object["ledger"];
     for (const LedgerStats& stage : stats.ledger)

@@ -86,6 +86,14 @@ struct PinchStats {
   double time = 0;       ///< Simulated time at the start of the first step with too little room, s.
 };
 
+/// The deepest overlap of one kind of pairs of bodies.
+struct DeepestOverlap {
+  double depth = 0;           ///< Depth, m; 0: no overlap.
+  std::string guest,          ///< Name of the body whose surface lies inside the other; empty: no overlap.
+      host;                   ///< Name of the rigid body that it lies in; empty: no overlap.
+  Vec3 place = Vec3::Zero();  ///< Deepest point of the guest's surface, m, world space.
+};
+
 /// Statistics of one frame: one line of stats.jsonl.
 struct FrameStats {
   int frame = 0;                   ///< Number of the frame; 0 is the initial state.
@@ -99,6 +107,9 @@ struct FrameStats {
   std::int64_t cg_iterations = 0;  ///< Conjugate-gradient iterations, sum over the frame.
   std::int64_t contacts = 0;       ///< Contacts with a nonzero impulse in the last step of the frame.
   double max_penetration = 0;      ///< Depth of the deepest overlap of any pair at the frame, m, >= 0.
+  /// Deepest overlap of a drawn surface that is not the contact surface of its body. Empty if the drawn
+  /// surfaces of all bodies are their contact surfaces.
+  std::optional<DeepestOverlap> drawn_overlap;
   std::int64_t pressure_iterations = 0;  ///< Iterations of the pressure solves, sum over the frame.
   double volume_error = 0;  ///< Largest |V/V_0 - 1| over the incompressible bodies, each as a whole.
   double min_det_F = 1;     ///< Smallest determinant of the deformation gradient of a tetrahedron.

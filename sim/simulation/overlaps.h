@@ -2,24 +2,19 @@
 // at contact points only and misses overlaps between them.
 #pragma once
 
-#include <string>
+#include <optional>
 
 #include "sim/simulation/simulation.h"
 
 namespace duet {
 
-/// The deepest overlap of one kind of pairs.
-struct DeepestOverlap {
-  double depth = 0;           ///< Depth, m; 0: no overlap.
-  std::string guest,          ///< Name of the body whose surface lies inside the other; empty: no overlap.
-      host;                   ///< Name of the rigid body that it lies in; empty: no overlap.
-  Vec3 place = Vec3::Zero();  ///< Deepest point of the guest's surface, m, world space.
-};
-
 /// The deepest overlaps with rigid hosts: those of rigid guests and those of deformable guests.
 struct Overlaps {
   DeepestOverlap rigid,  ///< Deepest overlap of a rigid body in another one.
-      deformable;        ///< Deepest overlap of a deformable body in a rigid one.
+      deformable;        ///< Deepest overlap of a deformable body, as contact sees it, in a rigid one.
+  /// Deepest overlap of a drawn surface that is not the contact surface in a rigid body; empty if there is
+  /// none.
+  std::optional<DeepestOverlap> drawn;
 };
 
 /// Finds the deepest overlaps in the current state of `simulation`. Triangles and segments of all surfaces

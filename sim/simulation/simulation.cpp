@@ -21,6 +21,7 @@
 #include "sim/scene/plan.h"
 #include "sim/simulation/body_output.h"
 #include "sim/simulation/contact_output.h"
+#include "sim/simulation/drawn_overlap.h"
 #include "sim/simulation/saved_state.h"
 #include "sim/simulation/sizes.h"
 #include "sim/simulation/steering.h"
@@ -245,6 +246,7 @@ struct Simulation::Impl {
     if (frame == 0)
       for (const InitialOverlap& overlap : parting.overlaps)
         stats.max_penetration = std::max(stats.max_penetration, overlap.depth);
+    stats.drawn_overlap = duet::drawn_overlap(built, std::nullopt);
     FiniteElements::Strain strain = bodies.forces.elements.strain(bodies.particles.x);
     take_strain(spring_tets, spring_inverse_rest, bodies.particles.x, strain);
     stats.min_det_F = strain.min_det;
@@ -440,6 +442,10 @@ void Simulation::surface_stress(std::vector<float>& stress, std::vector<float>& 
 void Simulation::contact_loads(const std::vector<BodySurface>& surfaces, ContactLoads& out) const {
   const double time = impl_->frame > 0 ? impl_->time_of(impl_->frame) - impl_->time_of(impl_->frame - 1) : 0;
   write_contact_loads(impl_->built, impl_->scene.rigid.size(), surfaces, time, out);
+}
+
+std::optional<DeepestOverlap> Simulation::drawn_overlap(double spacing) const {
+  return duet::drawn_overlap(impl_->built, spacing);
 }
 
 std::vector<BodyLevelSet> Simulation::level_sets() const {

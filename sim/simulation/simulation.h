@@ -99,6 +99,10 @@ class Simulation {
   /// Sets `out` to the forces of contact, as means over the time between the frame before and this one. All
   /// are 0 at frame 0 and after load_state(). `surfaces` are surfaces() of this frame.
   void contact_loads(const std::vector<BodySurface>& surfaces, ContactLoads& out) const;
+  /// Returns the deepest overlap of a drawn surface that is not the contact surface of its body, with its
+  /// triangles subdivided to `spacing` (m); see sim/simulation/drawn_overlap.h. stats() has it with the
+  /// spacing that drawn_overlap() chooses.
+  std::optional<DeepestOverlap> drawn_overlap(double spacing) const;
   /// Returns the signed distances of the rigid bodies with their current poses, in the order of the scene.
   /// The voxel size follows from the thickness of a body and has a lower bound from the area of its surface;
   /// see exported_voxel_size().

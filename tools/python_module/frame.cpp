@@ -206,6 +206,7 @@ py::dict statistics_of(const FrameStats& s) {
       arg("self_collisions") = s.self_collisions, arg("kinetic") = s.kinetic, arg("potential") = s.potential,
       arg("elastic") = s.elastic, arg("momentum") = array_of(s.momentum),
       arg("angular_momentum") = array_of(s.angular_momentum), arg("hash") = s.hash);
+  if (s.drawn_overlap) dict["drawn_penetration"] = s.drawn_overlap->depth;
   py::dict stages;
   for (const StageStats& stage : s.stages)
     stages[py::str(stage.name)] = py::dict(arg("seconds") = stage.seconds, arg("calls") = stage.calls);

@@ -70,20 +70,34 @@ class RunPage {
   // Returns the frames without frame 0, which took no work.
   Frames simulated() const { return {frames_.begin() + 1, frames_.end()}; }
 
+  // Returns whether a body is drawn by another surface than the one that touches, in all frames. A run that
+  // an older program began has the depth of drawn surfaces in its later frames only.
+  bool draws_others() const {
+    return std::all_of(frames_.begin(), frames_.end(),
+                       [](const nlohmann::json& frame) { return frame.contains("drawn_penetration"); });
+  }
+
   void write_summary() {
-    double seconds = 0, substeps = 0, penetration = 0;
+    double seconds = 0, substeps = 0, penetration = 0, drawn = 0;
     for (const nlohmann::json& frame : frames_) {
       seconds += number(frame, "seconds");
       substeps += number(frame, "substeps");
       penetration = std::max(penetration, number(frame, "max_penetration"));
+      if (draws_others()) drawn = std::max(drawn, number(frame, "drawn_penetration"));
     }
     const double time = number(frames_.back(), "time");
     page_.text(fmt::format("{}; {}; {}.", manifest_.command, manifest_.origin.machine,
                            io::program_text(manifest_.origin)));
-    page_.table({{"frames", "simulated (s)", "substeps", "seconds of simulation",
-                  "seconds per simulated second", "deepest penetration (m)"},
-                 {std::to_string(frames_.size() - 1), number_text(time), fmt::format("{:.0f}", substeps),
-                  number_text(seconds), number_text(seconds / time), number_text(penetration)}});
+    std::vector<std::vector<std::string>> table = {
+        {"frames", "simulated (s)", "substeps", "seconds of simulation", "seconds per simulated second",
+         "deepest penetration (m)"},
+        {std::to_string(frames_.size() - 1), number_text(time), fmt::format("{:.0f}", substeps),
+         number_text(seconds), number_text(seconds / time), number_text(penetration)}};
+    if (draws_others()) {
+      table[0].push_back("of drawn surfaces (m)");
+      table[1].push_back(number_text(drawn));
+    }
+    page_.table(table);
   }
 
   void write_pictures() {
@@ -148,6 +162,9 @@ class RunPage {
             series_of(frames_, "z", component_of(key, 2))});
     page_.heading("Contact and deformation");
     plot_if_any("penetration", "Deepest penetration at frame ends", "m", frames_, "max_penetration");
+    if (draws_others())
+      plot_if_any("drawn_penetration", "Deepest penetration of drawn surfaces that do not touch", "m",
+                  frames_, "drawn_penetration");
     plot_if_any("contacts", "Contacts", "", frames_, "contacts");
     plot_if_any("volume", "Largest relative error of volume", "", frames_, "volume_error");
     const auto is_rigid = [](const nlohmann::json& frame) { return number(frame, "min_det_F") == 1; };

@@ -37,7 +37,10 @@ class RunPanel {
       {name: "elastic", values: stats.elastic}, {name: "total", values: total}
     ]);
     add("Contacts", "", [{name: "contacts", values: stats.contacts}]);
-    add("Deepest penetration", "m", [{name: "penetration", values: stats.max_penetration}]);
+    const penetration = [{name: "penetration", values: stats.max_penetration}];
+    if (stats.drawn_penetration.some(Number.isFinite))
+      penetration.push({name: "of drawn surfaces", values: stats.drawn_penetration});
+    add("Deepest penetration", "m", penetration);
     add("Steps a frame", "", [{name: "steps", values: stats.substeps}]);
     add("Time to simulate a frame", "s", [{name: "seconds", values: stats.seconds}]);
   }

@@ -127,6 +127,24 @@ void bound_bodies(const Bodies& bodies, std::vector<BodyBounds>& bounds) {
   });
 }
 
+bool touches_with_skin(const Bodies& bodies, const DeformableBody& body) {
+  return body.triangle_count > 0 && body.point_count > 0 &&
+         bodies.points[as_index(body.first_point)].count == 4;
+}
+
+void bound_skins(const Bodies& bodies, std::vector<BodyBounds>& bounds) {
+  for (std::size_t i = 0; i < bodies.deformable.size(); ++i) {
+    const DeformableBody& body = bodies.deformable[i];
+    if (!touches_with_skin(bodies, body)) continue;
+    BodyBounds& grown = bounds[bodies.rigid.size() + i];
+    Eigen::AlignedBox3d box = world_box(grown, 0);
+    for (int p = body.first_point; p < body.first_point + body.point_count; ++p)
+      box.extend(weighted(bodies.points[as_index(p)], bodies.particles.x));
+    grown.center = box.center();
+    grown.half = box.sizes() / 2;
+  }
+}
+
 Eigen::AlignedBox3d world_box(const BodyBounds& body, double margin) {
   const Vec3 half = (body.axes.cwiseAbs() * body.half).array() + (body.radius + margin);
   return {body.center - half, body.center + half};

@@ -140,19 +140,25 @@ BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::Def
     add_volume_springs(tets, spring_law(scene.solver, material), bodies);
   if (description.incompressible) bodies.nodal_volumes.add(tets, bodies.particles.x);
   body.tet_count = static_cast<int>(bodies.forces.elements.size()) - body.first_tet;
-  if (skin && description.skin->contact)
+  const bool is_skin_touched = description.skin && description.skin->contact;
+  if (is_skin_touched) {
     add_surface_points(skin->skin, body, bodies);
-  else
+  } else {
     add_surface_points(mesh, triangles, scene.solver.face_samples, 0, body, bodies);
+  }
   bodies.deformable.push_back(body);
 
   // Smallest angle (degrees) between normals at an edge that is drawn as sharp. On a lattice, sharp edges are
   // known. On a filled surface, or on tetrahedra from a file, few triangles follow a curved part, so that
   // they meet at large angles without an edge.
   const double crease = description.shape.kind == DeformableKind::box ? 40 : 75;
-  if (is_drawn && !description.skin->contact) add_skin_size(measure_skin(*skin, mesh, triangles), skins);
-  if (is_drawn) return std::move(*skin);
+  if (is_drawn && !is_skin_touched) add_skin_size(measure_skin(*skin, mesh, triangles), skins);
+  if (is_drawn) {
+    skin->is_touched = is_skin_touched;
+    return std::move(*skin);
+  }
   BodyShape shape{description.name, boundary_surface(mesh, triangles, crease)};
+  shape.is_touched = !is_skin_touched;
   for (int& node : shape.surface.vertex_nodes) node += body.first_particle;
   const Shape& source = description.shape.surface;
   if (source.mesh && !source.mesh->uvs.empty())

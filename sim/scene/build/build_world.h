@@ -31,6 +31,8 @@ struct BodyShape {
   std::optional<ThinShape> thin{};
   CarriedSurface skin{};           ///< How tetrahedra carry `surface` if it is a skin; else empty.
   std::size_t first_particle = 0;  ///< Index of the first particle of these tetrahedra.
+  /// True if `surface` is the contact surface of the body; false if other bodies touch another one.
+  bool is_touched = true;
 };
 
 /// A world with the data that only output needs.

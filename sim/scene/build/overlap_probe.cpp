@@ -17,13 +17,6 @@ constexpr double of_thickness = 0.02, of_extent = 0.01;
 // along each axis of a rigid body's box. Larger values are slower and find the deepest point more exactly.
 constexpr int max_inner_tets = 200, inner_samples = 5;
 
-// Returns whether rigid bodies touch the vertices of a skin that the tetrahedra carry, in place of the
-// boundary of the tetrahedra. Such points depend on four particles.
-bool touches_with_skin(const Bodies& bodies, const DeformableBody& body) {
-  return body.triangle_count > 0 && body.point_count > 0 &&
-         bodies.points[as_index(body.first_point)].count == 4;
-}
-
 // Returns whether the body has a closed boundary that is its contact surface.
 bool is_volume(const Bodies& bodies, const DeformableBody& body) {
   return body.triangle_count > 0 && body.thickness == 0 && !touches_with_skin(bodies, body);

@@ -63,6 +63,21 @@ TEST(StatsLog, LineHasTheAgreedFieldsInOrder) {
   EXPECT_EQ(nlohmann::json::parse(stats_json(counted))["self_intersections"], 2);
 }
 
+// Frames whose bodies are drawn by other surfaces than those that touch have two further keys, the second one
+// only if the drawn surface lies in something.
+TEST(StatsLog, DrawnSurfacesThatDoNotTouchHaveTheirDepth) {
+  FrameStats stats = stats_of(3);
+  EXPECT_FALSE(nlohmann::json::parse(stats_json(stats)).contains("drawn_penetration"));
+  stats.drawn_overlap.emplace();
+  nlohmann::json object = nlohmann::json::parse(stats_json(stats));
+  EXPECT_EQ(object["drawn_penetration"], 0);
+  EXPECT_FALSE(object.contains("deepest_drawn"));
+  stats.drawn_overlap = DeepestOverlap{0.25, "fish", "step", Vec3(1, 2, 3)};
+  object = nlohmann::json::parse(stats_json(stats));
+  EXPECT_EQ(object["drawn_penetration"], 0.25);
+  EXPECT_EQ(object["deepest_drawn"].dump(), R"({"body":"fish","in":"step","place":[1.0,2.0,3.0]})");
+}
+
 TEST(StatsLog, ResumingKeepsTheLinesUpToTheResumedFrame) {
   const ScratchFolder scratch;
   const RunDirectory run{scratch.path()};
