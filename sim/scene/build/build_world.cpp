@@ -142,6 +142,7 @@ BodyShape add_volume(const Scene& scene, const EffectSet& plan, const scene::Def
   body.tet_count = static_cast<int>(bodies.forces.elements.size()) - body.first_tet;
   const bool is_skin_touched = description.skin && description.skin->contact;
   if (is_skin_touched) {
+    check_skin_contact(scene, description, *skin, bodies);
     add_surface_points(skin->skin, body, bodies);
   } else {
     add_surface_points(mesh, triangles, scene.solver.face_samples, 0, body, bodies);

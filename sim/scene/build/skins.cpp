@@ -1,6 +1,7 @@
 #include "sim/scene/build/skins.h"
 
 #include <algorithm>
+#include <map>
 
 #include <fmt/format.h>
 
@@ -21,6 +22,62 @@ BodyShape skinned(const scene::DeformableBody& description, const TetMesh& mesh,
   shape.skin = CarriedSurface(shape.surface.surface, mesh);
   shape.first_particle = first_particle;
   return shape;
+}
+
+namespace {
+
+// Returns the number of corners of a vertex's tetrahedron that dynamic rigid bodies carry, 0 to 4, and 0 for
+// a vertex inside of the bone that carries all of them. `bone` becomes the index of one of these bodies.
+// `carriers` has the index of the body for each particle that one carries.
+int corners_in_bones(const BodyShape& skin, std::size_t vertex,
+                     const std::map<std::size_t, std::size_t>& carriers, const Bodies& bodies,
+                     std::size_t& bone) {
+  int corners = 0;
+  bool is_one_bone = true;
+  for (const int node : skin.skin.carriers()[vertex].nodes) {
+    const auto found = carriers.find(skin.first_particle + as_index(node));
+    if (found == carriers.end()) continue;
+    is_one_bone = is_one_bone && (corners == 0 || bone == found->second);
+    bone = found->second;
+    ++corners;
+  }
+  if (corners < 4 || !is_one_bone) return corners;
+  const Vec3 x = skin.skin.position(vertex, bodies.particles.x.data() + skin.first_particle);
+  return bodies.rigid.properties[bone].shape.distance(shape_pose(bodies.rigid, bone).to_body(x)) < 0 ? 0 : 4;
+}
+
+}  // namespace
+
+void check_skin_contact(const Scene& scene, const scene::DeformableBody& description, const BodyShape& skin,
+                        const Bodies& bodies) {
+  std::map<std::size_t, std::size_t> carriers;  // particle -> index of the rigid body that carries it
+  for (const EmbeddedParticle& bound : bodies.bound) carriers[bound.particle] = bound.body;
+  const std::size_t count = skin.skin.carriers().size();
+  std::size_t stuck = 0, bone = 0;
+  std::string name;
+  Vec3 place = Vec3::Zero();
+  for (std::size_t i = 0; i < count; ++i) {
+    if (corners_in_bones(skin, i, carriers, bodies, bone) == 0) continue;
+    if (stuck++ > 0) continue;
+    name = bodies.rigid.name[bone];
+    place = skin.skin.position(i, bodies.particles.x.data() + skin.first_particle);
+  }
+  if (stuck == 0) return;
+  SceneProblem problem;
+  problem.file = scene.path;
+  problem.line = description.at.line;
+  problem.column = description.at.column;
+  problem.key = fmt::format("deformable.{}.skin.contact", description.name);
+  problem.message = fmt::format(
+      "{} of {} vertices are in tetrahedra with a corner inside of a body of `attach`, the first in `{}` at "
+      "({:.4g}, {:.4g}, {:.4g}): contact pushes particles, and cannot push a vertex that moves partly with a "
+      "rigid body",
+      stuck, count, name, place.x(), place.y(), place.z());
+  problem.hint =
+      "make the tetrahedra smaller, with shape.spacing or more cells, or the bones thinner, so that whole "
+      "tetrahedra lie between bones and skin; or hold the flesh with `attach_springs`; or leave `contact` "
+      "out, so that the boundary of the tetrahedra touches";
+  throw SceneError({std::move(problem)});
 }
 
 SkinSize measure_skin(const BodyShape& skin, const TetMesh& mesh, const std::vector<Triangle>& boundary) {

@@ -13,6 +13,16 @@ namespace duet::scene {
 /// meshes.
 BodyShape skinned(const scene::DeformableBody& description, const TetMesh& mesh, std::size_t first_particle);
 
+/// Checks that contact can act on the vertices of a skin that other bodies touch: an impulse on a vertex
+/// moves the particles of its tetrahedron.
+///
+/// Particles that a dynamic rigid body (a bone) carries take no impulses. Vertices inside of a bone that
+/// carries all of their particles need none, because the bone touches there. Throws SceneError that counts
+/// the others whose tetrahedra have such particles. The particles of the body must have been added to
+/// `bodies` and bound.
+void check_skin_contact(const Scene& scene, const scene::DeformableBody& description, const BodyShape& skin,
+                        const Bodies& bodies);
+
 /// Measures how far the vertices of the skin lie from the boundary of the tetrahedra (m), both at rest.
 SkinSize measure_skin(const BodyShape& skin, const TetMesh& mesh, const std::vector<Triangle>& boundary);
 

@@ -96,12 +96,6 @@ void check_additions(DeformableBody& body, const toml::table& table, const std::
                  "it belongs to volumes");
   else
     shapes.check(*body.skin, *skin->as_table(), path + ".skin");
-  if (body.skin->contact && !body.attach.empty() && !springs)
-    problems.add(
-        place_of(*skin->as_table(), "contact"), path + ".skin.contact",
-        "is given together with stiff bonds to bones",
-        "a vertex whose tetrahedron is partly bone could not be pushed: use `attach_springs`, or let "
-        "the boundary of the tetrahedra touch");
 }
 
 // Returns whether a volume that needs a mesh or tetrahedra from a file has them.
