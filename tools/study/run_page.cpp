@@ -163,8 +163,7 @@ class RunPage {
     page_.heading("Contact and deformation");
     plot_if_any("penetration", "Deepest penetration at frame ends", "m", frames_, "max_penetration");
     if (draws_others())
-      plot_if_any("drawn_penetration", "Deepest penetration of drawn surfaces that do not touch", "m",
-                  frames_, "drawn_penetration");
+      plot_if_any("drawn_penetration", "Penetration of drawn surfaces", "m", frames_, "drawn_penetration");
     plot_if_any("contacts", "Contacts", "", frames_, "contacts");
     plot_if_any("volume", "Largest relative error of volume", "", frames_, "volume_error");
     const auto is_rigid = [](const nlohmann::json& frame) { return number(frame, "min_det_F") == 1; };
