@@ -95,26 +95,27 @@ void Report::simulated(const FrameStats& stats) {
   const std::lock_guard lock(mutex_);
   if (stats.frame > first_frame_) ++simulated_;
   const std::string left = time_left();
-  if (json_ && !quiet_) {
-    nlohmann::ordered_json event = {{"event", "frame"},           {"frame", stats.frame},
-                                    {"last_frame", last_frame_},  {"time", stats.time},
-                                    {"substeps", stats.substeps}, {"seconds", stats.seconds},
-                                    {"contacts", stats.contacts}, {"max_penetration", stats.max_penetration}};
-    if (stats.drawn_overlap) event["drawn_penetration"] = stats.drawn_overlap->depth;
-    event["time_left"] = left;
-    event["drawn"] = drawn_;
-    event["hash"] = fmt::format("{:016x}", stats.hash);
-    write_to(stdout, line_of(event));
-  }
+  const std::optional<DeepestOverlap>& drawn = stats.drawn_overlap;
+  if (json_ && !quiet_)
+    write_to(stdout, line_of({{"event", "frame"},
+                              {"frame", stats.frame},
+                              {"last_frame", last_frame_},
+                              {"time", stats.time},
+                              {"substeps", stats.substeps},
+                              {"seconds", stats.seconds},
+                              {"contacts", stats.contacts},
+                              {"max_penetration", stats.max_penetration},
+                              {"drawn_penetration", drawn ? Json(drawn->depth) : Json()},
+                              {"time_left", left},
+                              {"drawn", drawn_},
+                              {"hash", fmt::format("{:016x}", stats.hash)}}));
   simulation_line_ = fmt::format("frame {}/{}  {} substeps  {:.2g} s/frame", stats.frame, last_frame_,
                                  stats.substeps, stats.seconds);
   if (!left.empty()) simulation_line_ += "  left " + left;
-  progress(
-      frames_to_draw_ > 0 ? fmt::format("{}  drawn {}/{}", simulation_line_, drawn_, frames_to_draw_)
-                          : simulation_line_,
-      fmt::format("{}  contacts {}  penetration {:.2g} m{}\n", simulation_line_, stats.contacts,
-                  stats.max_penetration,
-                  stats.drawn_overlap ? fmt::format(", drawn {:.2g} m", stats.drawn_overlap->depth) : ""));
+  progress(frames_to_draw_ > 0 ? fmt::format("{}  drawn {}/{}", simulation_line_, drawn_, frames_to_draw_)
+                               : simulation_line_,
+           fmt::format("{}  contacts {}  penetration {:.2g} m{}\n", simulation_line_, stats.contacts,
+                       stats.max_penetration, drawn ? fmt::format(", drawn {:.2g} m", drawn->depth) : ""));
 }
 
 void Report::drawn(int frame, double seconds) {
