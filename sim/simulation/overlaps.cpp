@@ -17,7 +17,6 @@ class Finder {
   Finder(const World& world, const std::vector<BodySurface>& surfaces, double spacing)
       : bodies_(world.bodies), surfaces_(surfaces), spacing_(spacing) {
     bound_bodies(bodies_, search_.bounds);
-    bound_skins(bodies_, search_.bounds);
     search_.margin.assign(search_.bounds.size(), 0);
     pairs_ = search_.find(world.contact_filter());
   }

@@ -82,6 +82,20 @@ TEST(SkinContact, ABodyRestsOnItsSkin) {
   }
 }
 
+// A skin of 0.6 m reaches 0.1 m out of each face of its box and falls on the ground at 2 m/s: it is found
+// before it gets there, and not when the box comes near.
+TEST(SkinContact, ASkinBeyondItsTetrahedraIsFoundInTime) {
+  scene::Scene scene = test::on_ground();
+  add_ball_in_box(scene, Vec3(0, 0.8, 0), true).skin->mesh = ball_mesh(0.6, 1);
+  Simulation simulation(scene, test::plan(scene));
+  double deepest = 0;
+  for (int frame = 0; frame < 12; ++frame) {
+    simulation.advance_frame();
+    deepest = std::max(deepest, simulation.stats().max_penetration);
+  }
+  test::expect_below(deepest, 1e-6, "depth of the skin in the ground (m)");
+}
+
 // Adds a ball of 0.4 m inside a box of 1 m of `cells`^3 cells that holds a bone of radius `bone` (m).
 scene::DeformableBody& add_ball_with_bone(scene::Scene& scene, const Vec3& position, int cells, double bone) {
   test::add_ball(scene, "bone", position, bone, 100);

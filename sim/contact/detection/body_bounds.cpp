@@ -53,12 +53,18 @@ BodyBounds bounds_of(const RigidState& state, const RigidProperties& properties)
   return bounds;
 }
 
-BodyBounds bounds_of(const Particles& particles, const DeformableBody& body) {
+BodyBounds bounds_of(const Bodies& bodies, const DeformableBody& body) {
+  const Particles& particles = bodies.particles;
   Eigen::AlignedBox3d x, v;
   for (int i = body.first_particle; i < body.first_particle + body.particle_count; ++i) {
     x.extend(particles.x[as_index(i)]);
     v.extend(particles.v[as_index(i)]);
   }
+  if (touches_with_skin(bodies, body))  // its vertices may lie outside of the box around the particles
+    for (int i = body.first_point; i < body.first_point + body.point_count; ++i) {
+      x.extend(weighted(bodies.points[as_index(i)], particles.x));
+      v.extend(weighted(bodies.points[as_index(i)], particles.v));
+    }
   BodyBounds bounds;
   bounds.center = x.center();
   bounds.half = x.sizes() / 2;
@@ -123,26 +129,13 @@ void bound_bodies(const Bodies& bodies, std::vector<BodyBounds>& bounds) {
   });
   parallel_for(bodies.deformable.size(), 1, [&](std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end; ++i)
-      bounds[rigid_count + i] = bounds_of(bodies.particles, bodies.deformable[i]);
+      bounds[rigid_count + i] = bounds_of(bodies, bodies.deformable[i]);
   });
 }
 
 bool touches_with_skin(const Bodies& bodies, const DeformableBody& body) {
   return body.triangle_count > 0 && body.point_count > 0 &&
          bodies.points[as_index(body.first_point)].count == 4;
-}
-
-void bound_skins(const Bodies& bodies, std::vector<BodyBounds>& bounds) {
-  for (std::size_t i = 0; i < bodies.deformable.size(); ++i) {
-    const DeformableBody& body = bodies.deformable[i];
-    if (!touches_with_skin(bodies, body)) continue;
-    BodyBounds& grown = bounds[bodies.rigid.size() + i];
-    Eigen::AlignedBox3d box = world_box(grown, 0);
-    for (int p = body.first_point; p < body.first_point + body.point_count; ++p)
-      box.extend(weighted(bodies.points[as_index(p)], bodies.particles.x));
-    grown.center = box.center();
-    grown.half = box.sizes() / 2;
-  }
 }
 
 Eigen::AlignedBox3d world_box(const BodyBounds& body, double margin) {

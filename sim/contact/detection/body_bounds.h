@@ -41,10 +41,6 @@ void bound_bodies(const Bodies& bodies, std::vector<BodyBounds>& bounds);
 /// its own boundary.
 bool touches_with_skin(const Bodies& bodies, const DeformableBody& body);
 
-/// Grows the bounds of the deformable bodies to hold the vertices of skins that touch. bound_bodies() leaves
-/// out those that lie outside of the box around the particles; their velocities are no part of the bounds.
-void bound_skins(const Bodies& bodies, std::vector<BodyBounds>& bounds);
-
 /// Returns the axis-aligned world box around the body, grown by `margin` (m). It means nothing for half
 /// spaces.
 Eigen::AlignedBox3d world_box(const BodyBounds& body, double margin);

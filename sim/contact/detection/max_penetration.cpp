@@ -17,7 +17,6 @@ constexpr std::size_t measured_at_once = 16;  // for each task of the parallel l
 double max_penetration(const Bodies& bodies, const CandidateFilter& filter) {
   CandidateSearch search;
   bound_bodies(bodies, search.broad_phase.bounds);
-  bound_skins(bodies, search.broad_phase.bounds);
   search.broad_phase.margin.assign(search.broad_phase.bounds.size(), 0);
   const std::vector<BodyPair>& pairs = search.broad_phase.find(filter);
   place_points(bodies, pairs, search);
