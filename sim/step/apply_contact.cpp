@@ -125,7 +125,8 @@ void find_contact_graph(World& world, StepContext& context) {
                       contact.contacts, contact.graph);
   if (world.has(Effect::shock_propagation)) build_shock_layers(contact.contacts, contact.graph);
   set_path_velocities(bodies, context.kinematic, contact.graph, contact.contacts);
-  find_speculative_targets(context.dt, world.settings.orientation, contact.graph, bodies, contact.contacts);
+  find_speculative_targets(context.dt, world.settings.orientation, contact.graph, bodies, contact.contacts,
+                           PredictionFor::motion_in_step);
 }
 
 void leave_contact_to_solve(World& world, StepContext& context) {
@@ -148,7 +149,7 @@ void control_joints(World& world, StepContext& context) {
 void apply_contact(World& world, StepContext& context) {
   if (world.touches()) {
     solve_contacts(world, context, ContactSolve::halfway);
-    note_frames(context.contact.graph, context.contact.contacts, context.contact.first_frames);
+    note_frames(context.contact.graph, world.bodies, context.contact.contacts, context.contact.first_frames);
   }
   if (world.has(Effect::articulation))
     context.joints.solver.kept_impulses(limits_halfway(world), context.joints.push, context.joints.turn);

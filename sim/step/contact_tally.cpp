@@ -34,11 +34,15 @@ void ContactTally::end_stage(const World& world, Stage stage) {
       return add_contacts(world.bodies, context.contact.contacts, context.contact.collisions.pairs,
                           Pairs::all);
     case Stage::contacts_at_end:
-      return visit_turned(context.contact.first_frames, context.contact.contacts,
-                          [&](int body, const Vec3& impulse, const Vec3& angular) {
-                            step_.linear[as_index(body)] += impulse;
-                            step_.angular[as_index(body)] += angular;
-                          });
+      return visit_turned(
+          context.contact.first_frames, world.bodies, context.contact.contacts,
+          [&](int body, const Vec3& impulse, const Vec3& angular) {
+            step_.linear[as_index(body)] += impulse;
+            step_.angular[as_index(body)] += angular;
+          },
+          [&](std::size_t particle, const Vec3& impulse, double along_normal) {
+            step_.particle.add(particle, impulse, along_normal);
+          });
     case Stage::contact_at_end:
       return add_contacts(world.bodies, context.contact.contacts, context.contact.graph.pairs, Pairs::active);
     case Stage::contact_in_solve_at_end:  // V.4 applies the impulses of contacts; those of pairs remain

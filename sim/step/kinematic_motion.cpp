@@ -15,11 +15,8 @@ void set_path_velocities(const Bodies& bodies, const KinematicStep& step, const 
   for (int i = pair.begin; i < pair.end; ++i) {
     ContactPoint& contact = contacts.points[as_index(i)];
     const bool hosts = as_index(contact.host) == step.body;
-    const Vec3 partner = !hosts ? bodies.rigid.state[as_index(contact.host)].pose.position
-                         : contact.is_rigid_pair()
-                             ? bodies.rigid.state[as_index(contact.guest_rigid)].pose.position
-                             : Vec3(center + contact.host_arm);
-    const Vec3 velocity = step.path * (partner - center);
+    const Vec3 velocity =
+        step.path * (bodies.rigid.state[as_index(contact.host)].pose.position + contact.host_arm - center);
     contact.path_velocity = hosts ? Vec3(-velocity) : velocity;
   }
 }

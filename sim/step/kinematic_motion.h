@@ -60,10 +60,9 @@ void place_carried(const std::vector<KinematicStep>& steps, Bodies& bodies);
 /// Gives the particles that kinematic bodies carry their velocities v^{n+1}.
 void end_carrying(const std::vector<KinematicStep>& steps, Bodies& bodies);
 
-/// Sets ContactPoint::path_velocity of the contacts in `graph` with kinematic bodies.
-///
-/// A rigid partner is taken to turn with the kinematic body, as it does if friction holds it: its center then
-/// follows the chord.
+/// Sets ContactPoint::path_velocity of the contacts in `graph` with kinematic bodies, from the chord of the
+/// path of the body's point. find_speculative_targets() adds the part of a rigid partner, which turns as
+/// well.
 void set_path_velocities(const Bodies& bodies, const std::vector<KinematicStep>& steps,
                          const ContactGraph& graph, ContactSet& contacts);
 

@@ -275,10 +275,12 @@ void update_contacts_at_end(World& world, StepContext& context) {
   const double dt = context.dt;
   take_velocities(context.solved.middle_velocity, context.solved.islands, bodies);
   follow_bodies(bodies.rigid, bodies.bound, bodies.particles);
-  update_contacts(contact.graph, bodies, contact.contacts);
+  update_contacts(contact.graph, bodies, contact.contacts,
+                  [&](const ContactPair& pair) { return is_solved(context, bodies, pair); });
   find_impact_planes(bodies, context.states.v_hat_n, dt, world.settings.orientation,
                      world.gravity.norm() * dt * dt, contact.contacts);
-  find_speculative_targets(dt, world.settings.orientation, contact.graph, bodies, contact.contacts);
+  find_speculative_targets(dt, world.settings.orientation, contact.graph, bodies, contact.contacts,
+                           PredictionFor::velocity_in_solve);
 }
 
 // Solves for the velocities at the end of the step, with contact, pairs of surfaces and joints as unknowns.

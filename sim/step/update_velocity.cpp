@@ -99,7 +99,9 @@ void evaluate_again(World& world, StepContext& context) {
 // The contacts are those of step III; no others are sought at x^{n+1}.
 void prepare_contacts_at_end(World& world, StepContext& context) {
   ContactStage& contact = context.contact;
-  update_contacts(contact.graph, world.bodies, contact.contacts);
+  update_contacts(contact.graph, world.bodies, contact.contacts, [&](const ContactPair& pair) {
+    return solves_contact(world) && is_solved(context, world.bodies, pair);
+  });
   find_impact_planes(world.bodies, context.states.v_hat_n, context.dt, world.settings.orientation,
                      world.gravity.norm() * context.dt * context.dt, contact.contacts);
   yield_where_pinched(world.bodies, context.dt, contact.contacts, nullptr);

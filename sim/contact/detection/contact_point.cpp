@@ -111,7 +111,7 @@ Touch touch_of_ball_on_arc(const EdgePoint& arc, const Pose& host_pose, const Le
 // Returns the touch of an edge contact of a rigid guest.
 Touch touch_at_edge(const EdgePoint& edge, const LevelSet& host, const Pose& host_pose, const LevelSet& guest,
                     const Pose& guest_pose) {
-  if (touch_along_ring(guest, host))
+  if (is_arc(edge))
     return guest.kind == LevelSet::Kind::sphere ? touch_of_ball_on_arc(edge, host_pose, guest, guest_pose)
                                                 : touch_of_arc(edge, host, host_pose, guest_pose);
   if (!(edge.radius > 0 && has_round_side(guest))) return touch_at(edge, host_pose, guest_pose);

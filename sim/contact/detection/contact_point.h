@@ -39,9 +39,9 @@ struct ContactPoint {
   double target = 0;
   /// N s: impulse on the guest, accumulated by the collisions and later by the contact solve.
   Vec3 impulse = Vec3::Zero();
-  /// m/s, guest relative to host: what the curved paths of a kinematic body's points add over this step to
-  /// the velocities of the two bodies (sim/step/kinematic_motion.h). Zero for velocities at one moment in
-  /// time.
+  /// m/s, guest relative to host: what the curved paths of the bodies' points, and the motion of the place of
+  /// contact, add over this step to the velocities of the two bodies (sim/step/kinematic_motion.h,
+  /// find_speculative_targets()). Zero for velocities at one moment in time.
   Vec3 path_velocity = Vec3::Zero();
   int patch = -1;     ///< Number of the ContactPatch that the point belongs to; -1: none.
   double share = 0;   ///< Fraction of an even load on `patch` that the point stands for; 0 without a patch.

@@ -380,6 +380,23 @@ bool is_round_there(const EdgePoint& edge) {
   return std::abs(edge.normal.y()) < rounding;
 }
 
+// Appends the ring contacts of a ring with a cylinder or box, and removes the edge contacts among `found`
+// from `first` on that are at the same places. A plane that stays on a cylinder that rolls would turn with
+// it, and a place that stays on the ring would be left behind by a box that slides along it.
+void put_arcs(const FeatureEdges& feature_edges, const Pose& pose, const LevelSet& host, double margin,
+              std::ptrdiff_t first, std::vector<EdgeContact>& found) {
+  const auto count = static_cast<std::ptrdiff_t>(found.size());
+  find_ring_contacts(feature_edges, pose, host, margin, found);
+  const auto begin = found.begin() + first, arcs = found.begin() + count;
+  const double near_by = feature_edges.lines.front().longest;
+  const auto is_replaced = [&](const EdgeContact& near) {
+    return has_arcs_at(host, near.edge.normal) && std::any_of(arcs, found.end(), [&](const EdgeContact& arc) {
+             return (arc.edge.foot - near.edge.foot).norm() < near_by;
+           });
+  };
+  found.erase(std::remove_if(begin, arcs, is_replaced), arcs);
+}
+
 }  // namespace
 
 bool is_swept_by_ball(const LevelSet& shape) {
@@ -409,10 +426,13 @@ void find_edge_contacts(const FeatureEdges& feature_edges, const Pose& pose, con
     find_ring_contacts(feature_edges, pose, host, margin, found);
     return;
   }
+  const auto first = static_cast<std::ptrdiff_t>(found.size());
   for (const FeatureEdges::Line& line : feature_edges.lines)
     Walk(feature_edges, line, pose, host, near, margin,
          on_faces == EdgesOnFaces::are_found || line.radius > 0, found)
         .find();
+  if (is_ring && (host.kind == LevelSet::Kind::cylinder || host.kind == LevelSet::Kind::box))
+    put_arcs(feature_edges, pose, host, margin, first, found);
 }
 
 bool can_touch_soft_edges(const LevelSet& host, const FeatureEdges& feature_edges) {

@@ -44,7 +44,7 @@ class Path {
   // on the guest with the nearest surface of the host.
   Touch at(double s) const {
     const Pose host = pose(contact_.host, s), guest = pose(contact_.guest_rigid, s);
-    if (!contact_.is_on_edge() || is_ring_contact(bodies_, contact_))
+    if (!contact_.is_on_edge() || is_ring_contact(contact_))
       return touch(bodies_, contact_.host, host, contact_.guest_rigid, guest, contact_.feature,
                    contact_.edge);
     const LevelSet& shape = bodies_.rigid.properties[as_index(contact_.host)].shape;
@@ -138,7 +138,7 @@ Meeting first_meeting(const Path& path, double length, double depth, double min_
 
 // Returns whether the contact has a plane that stays where it was found on the host.
 bool keeps_plane(const Bodies& bodies, const ContactPoint& contact) {
-  if (is_ring_contact(bodies, contact)) return false;
+  if (is_ring_contact(contact)) return false;
   const LevelSet& guest = bodies.rigid.properties[as_index(contact.guest_rigid)].shape;
   const bool is_round = guest.kind == LevelSet::Kind::capsule || guest.kind == LevelSet::Kind::cylinder;
   return contact.is_on_edge() && !(is_round && contact.edge.radius > 0);

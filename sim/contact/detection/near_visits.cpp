@@ -16,8 +16,7 @@ constexpr std::size_t points_at_once = 32;  // surface points in a block with a 
 // sides of two cylinders touch the same way, where one of the two axes is enough.
 bool is_left_to_axis(const EdgeContact& near, const LevelSet& host, const LevelSet& guest,
                      PairDirection direction) {
-  constexpr double on_side = 1e-3;  // greatest component of a side's normal along the axis
-  return host.kind == LevelSet::Kind::cylinder && std::abs(near.edge.normal.y()) < on_side &&
+  return host.kind == LevelSet::Kind::cylinder && is_on_side_of_cylinder(near.edge.normal) &&
          (near.edge.radius == 0 ||
           (direction == PairDirection::reversed && guest.kind == LevelSet::Kind::cylinder));
 }

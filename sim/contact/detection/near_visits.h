@@ -89,6 +89,7 @@ void visit_near(const RigidBodies& rigid, const BodyPair& pair, double margin, V
   const int support_points = are_left_out ? 0 : support_point_count(guest.shape);
   for (int k = 0; k < support_points; ++k) {
     const ShapeSupportPoint support = support_point(guest.shape, k, in_host, host.shape);
+    if (guest.shape.kind == LevelSet::Kind::torus && is_beside_side(host.shape, support.position)) continue;
     const double gap = host.shape.distance(support.position);
     if (gap < margin)
       visit(NearPoint{.feature = FeatureId::support(k), .position = support.position, .gap = gap},

@@ -29,8 +29,21 @@ constexpr double slack_of_even = 1e-6;
 constexpr double max_rise = 2;
 // Pieces of an arc that are searched for minima.
 constexpr std::size_t arc_pieces = 4;
+// A ring touches on one side only if the place across the circle from the nearest one is farther from the
+// host by more than this, relative to the radius of the tube. Rings that lie on each other touch on both.
+constexpr double far_across = 0.1;
+// Fall of the distance beyond an end of an arc, relative to the radius of the tube, by which the arc is out
+// of touch. With a smaller value, a place that divides into two while a ring tilts would be found on one
+// side.
+constexpr double clear_fall = 0.01;
+// Steps in which the search for the nearest place goes beyond an end of an arc, and their length: a quarter
+// of a shortest arc. Together they are 36 degrees, by which the place may move in a step.
+constexpr int most_beyond = 32;
+constexpr double step_beyond = 2 * pi / (4 * ring_numbers);
 // Most steps towards a minimum. The secant method needs about six.
 constexpr int most_secants = 30;
+
+constexpr double along_face = 1e-3;  // least component of a normal along an axis that is not rounding
 
 // An arc of a circle in the shape space of the host.
 class Arc {
@@ -77,6 +90,32 @@ class Arc {
     return best;
   }
 
+  // Returns whether the place across the circle from `here` is farther from the host than `here` by more than
+  // `most` (m), so that the circle touches on one side only.
+  bool is_far_across(const Place& here, double most) const {
+    return host_.distance(2 * origin_ - here.place.center) - here.place.distance > most;
+  }
+
+  // Returns whether `lowest`, the nearest place of the arc, is an end beyond which the distance falls on.
+  bool falls_beyond(const Place& lowest) const {
+    return std::abs(lowest.t) == end_ && lowest.slope * lowest.t < 0;
+  }
+
+  // Returns `lowest`, the nearest place of the arc, or, if the distance falls on beyond the end where that
+  // place is, the next minimum there.
+  Place lowest_along(const Place& lowest) const {
+    static const double shift = math::sin(step_beyond / 2) / math::cos(step_beyond / 2);
+    Place last = lowest;
+    const double way = last.t > 0 ? 1 : -1;
+    if (!falls_beyond(last)) return last;
+    for (int i = 0; i < most_beyond; ++i) {
+      const Place next = at((last.t + way * shift) / (1 - way * shift * last.t));
+      if (next.slope * way >= 0) return way > 0 ? minimum_between(last, next) : minimum_between(next, last);
+      last = next;
+    }
+    return last;
+  }
+
  private:
   static bool is_lower(const Place& a, const Place& b) { return a.place.distance < b.place.distance; }
 
@@ -114,13 +153,15 @@ class Arc {
       along_;       // unit: direction of the arc at its middle
 };
 
-// Returns place_on_arc() for an arc with the slack `slack` (m) whose lowest place is `lowest`.
-RingPlace place_of(const Arc& arc, double slack, const Arc::Place& lowest) {
-  const Arc::Place middle = arc.at(0);
+// Returns place_on_arc() for `arc`, which is `posed` in the host's shape space and has `lowest` as its
+// nearest place.
+RingPlace place_of(const RingArc& arc, const Arc& posed, const Arc::Place& lowest) {
+  if (posed.is_far_across(lowest, far_across * arc.tube)) return posed.lowest_along(lowest).place;
+  const Arc::Place middle = posed.at(0);
   const double excess = middle.place.distance - lowest.place.distance;
-  const double s = std::clamp(excess / slack - 1, 0.0, 1.0);
+  const double s = std::clamp(excess / arc.slack - 1, 0.0, 1.0);
   if (s == 0) return middle.place;
-  return s == 1 ? lowest.place : arc.at(s * lowest.t).place;
+  return s == 1 ? lowest.place : posed.at(s * lowest.t).place;
 }
 
 // Searches the center line of one torus for ring contacts.
@@ -151,7 +192,8 @@ class RingSearch {
     const double angle = 2 * pi * k / arcs[level], half = pi / (2 * arcs[level]);
     return {{line_.around * math::sin(angle), 0, line_.around * math::cos(angle)},
             math::sin(half) / math::cos(half),
-            slack_of(level) * line_.radius};
+            slack_of(level) * line_.radius,
+            line_.radius};
   }
 
   // Returns RingArc::slack on a level, relative to the radius of the tube.
@@ -175,17 +217,28 @@ class RingSearch {
     const double excess = posed.at(0).place.distance - lowest.place.distance,
                  allowed = slack_of_even * line_.radius + max_rise * (lowest.place.distance - lowest_);
     if (excess <= allowed || level + 1 == arcs.size()) {
-      take(here, k, level, place_of(posed, here.slack, lowest));
+      if (is_left_to_next(here, posed, lowest)) return;
+      take(here, k, level, place_of(here, posed, lowest));
       return;
     }
     for (int part = -1; part <= 1; ++part)
       look_at((3 * k + part + arcs[level + 1]) % arcs[level + 1], level + 1);
   }
 
+  // Returns whether an arc whose nearest place is `lowest` leaves the contact to an arc beyond one of its
+  // ends, where the distance is clearly less. Beyond the edge of a face only the nearest places count.
+  bool is_left_to_next(const RingArc& arc, const Arc& posed, const Arc::Place& lowest) const {
+    if (!posed.falls_beyond(lowest)) return false;
+    const double fall = lowest.place.distance - posed.lowest_along(lowest).place.distance;
+    if (!is_swept_by_ball(host_)) return fall > slack_of_even * arc.tube;
+    return fall > clear_fall * arc.tube && posed.is_far_across(lowest, far_across * arc.tube);
+  }
+
   // Appends the contact of arc `k` of a level at `place`, unless keep_nodes() has removed that place from the
   // line.
   void take(const RingArc& arc, int k, std::size_t level, const RingPlace& place) {
     if (!(place.distance < reach_) || !is_left(pose_.to_body(place.center))) return;
+    if (!has_arcs_at(host_, place.normal)) return;
     EdgeContact contact;
     contact.edge.place = arc.middle;
     contact.edge.normal = place.normal;
@@ -193,6 +246,7 @@ class RingSearch {
     contact.edge.radius = line_.radius;
     contact.edge.weight = {arc.end, slack_of(level), 0};
     contact.feature = FeatureId::edge(k * (arcs.back() / arcs[level]));
+    if (!is_swept_by_ball(host_)) contact.feature.sub = 0;
     contact.distance = place.distance - line_.radius;
     contact.precision = slack_of_shortest * line_.radius;
     found_.push_back(contact);
@@ -234,10 +288,16 @@ bool is_left_to_ring(const LevelSet& guest, const Pose& pose, const LevelSet& ho
   return guest.kind != LevelSet::Kind::sphere || is_in_middle(pose.position, host);
 }
 
-bool is_ring_contact(const Bodies& bodies, const ContactPoint& contact) {
-  return contact.is_rigid_pair() && contact.is_on_edge() &&
-         touch_along_ring(bodies.rigid.properties[as_index(contact.host)].shape,
-                          bodies.rigid.properties[as_index(contact.guest_rigid)].shape);
+bool is_on_side_of_cylinder(const Vec3& normal) { return std::abs(normal.y()) < along_face; }
+
+bool has_arcs_at(const LevelSet& host, const Vec3& normal) {
+  if (host.kind == LevelSet::Kind::cylinder) return is_on_side_of_cylinder(normal);
+  if (host.kind == LevelSet::Kind::box) return (normal.array().abs() > along_face).count() > 1;
+  return is_swept_by_ball(host);
+}
+
+bool is_ring_contact(const ContactPoint& contact) {
+  return contact.is_rigid_pair() && contact.is_on_edge() && is_arc(contact.edge);
 }
 
 bool is_guest_of_ring(const LevelSet& guest, const LevelSet& host, PairDirection direction) {
@@ -249,7 +309,7 @@ bool is_guest_of_ring(const LevelSet& guest, const LevelSet& host, PairDirection
 
 RingPlace place_on_arc(const RingArc& arc, const Pose& pose, const LevelSet& host) {
   const Arc posed(arc, pose, host);
-  return place_of(posed, arc.slack, posed.lowest());
+  return place_of(arc, posed, posed.lowest());
 }
 
 void find_ring_contacts(const FeatureEdges& feature_edges, const Pose& pose, const LevelSet& host,

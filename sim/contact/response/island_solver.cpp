@@ -86,7 +86,7 @@ void IslandSolver::gather(const Bodies& bodies, std::span<const int> pairs, cons
     for (int i = pair.begin; i < pair.end; ++i) {
       const ContactPoint& contact = contacts.points[as_index(i)];
       if (!std::isfinite(contact.target) && contact.impulse.isZero(0)) continue;
-      has_rings_ |= is_ring_contact(bodies, contact);
+      has_rings_ |= is_ring_contact(contact);
       rows_.push_back(row_of(contact));
       rows_.back().point = as_index(i);
     }

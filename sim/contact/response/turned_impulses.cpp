@@ -32,16 +32,19 @@ TurnedImpulse turned_impulse(const ContactFrame& first, const ContactPoint& cont
           .turns_host = contact.host_arm.cross(turned) - first.host_arm.cross(first.impulse)};
 }
 
-void note_frames(const ContactGraph& graph, const ContactSet& contacts, std::vector<ContactFrame>& frames) {
+void note_frames(const ContactGraph& graph, const Bodies& bodies, const ContactSet& contacts,
+                 std::vector<ContactFrame>& frames) {
   frames.assign(contacts.points.size(), {});
   parallel_for(graph.pairs.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const ContactPair& pair = contacts.pairs[as_index(graph.pairs[k])];
-      if (!pair.active || pair.guest_rigid < 0) continue;
+      if (!pair.active) continue;
       for (int i = pair.begin; i < pair.end; ++i) {
         const ContactPoint& contact = contacts.points[as_index(i)];
-        if (!contact.meets_ahead)
-          frames[as_index(i)] = {contact.normal, contact.host_arm, contact.guest_arm, contact.impulse};
+        if (contact.meets_ahead) continue;
+        ContactFrame& frame = frames[as_index(i)];
+        frame = {{}, contact.normal, contact.host_arm, contact.guest_arm, contact.impulse};
+        if (!contact.is_rigid_pair()) frame.place = surface_point(bodies, contact);
       }
     }
   });
@@ -61,8 +64,20 @@ void act_at_start(std::vector<ContactFrame>& frames, ContactGraph& graph, Bodies
       }
       const TurnedImpulse turned = turned_impulse(first, contact);
       contact.impulse = turned.impulse;
-      add_impulses(bodies.rigid, contact.guest_rigid, turned.to_guest, turned.turns_guest);
-      add_impulses(bodies.rigid, contact.host, -turned.to_guest, turned.turns_host);
+      if (moves_host(bodies, contact))
+        add_impulses(bodies.rigid, contact.host, -turned.to_guest, turned.turns_host);
+      if (contact.is_rigid_pair()) {
+        add_impulses(bodies.rigid, contact.guest_rigid, turned.to_guest, turned.turns_guest);
+        continue;
+      }
+      const SurfacePoint& now = surface_point(bodies, contact);
+      if (!contact
+               .is_on_edge()) {  // it stays at its place, and to_guest is zero if the normal has not turned
+        apply_impulse(now, turned.to_guest, bodies.particles);
+        continue;
+      }
+      apply_impulse(first.place, first.impulse, bodies.particles);
+      apply_impulse(now, -turned.impulse, bodies.particles);
     }
   });
 }
@@ -75,18 +90,27 @@ Momentum moved_by_turning(const std::vector<ContactFrame>& frames, const Bodies&
     const ContactFrame& first = frames[i];
     const ContactPoint& contact = contacts.points[i];
     if (first.impulse.isZero(0)) continue;
-    const auto h = as_index(contact.host), g = as_index(contact.guest_rigid);
-    const Vec3& guest = bodies.rigid.state[g].pose.position;
+    const auto h = as_index(contact.host);
     const Vec3& host = bodies.rigid.state[h].pose.position;
-    const bool moves_guest = bodies.rigid.properties[g].is_dynamic();
-    if (moves_guest && bodies.rigid.properties[h].is_dynamic()) {
-      total.angular += (guest + first.guest_arm - host - first.host_arm).cross(first.impulse);
+    Vec3 at_start, at_end;  // m, now: the places on the guest where its impulses act
+    bool moves_guest = true;
+    if (contact.is_rigid_pair()) {
+      const auto g = as_index(contact.guest_rigid);
+      at_start = bodies.rigid.state[g].pose.position + first.guest_arm;
+      at_end = bodies.rigid.state[g].pose.position + contact.guest_arm;
+      moves_guest = bodies.rigid.properties[g].is_dynamic();
+    } else {
+      at_start = weighted(first.place, bodies.particles.x);
+      at_end = weighted(surface_point(bodies, contact), bodies.particles.x);
+    }
+    if (moves_guest && moves_host(bodies, contact) && bodies.rigid.properties[h].is_dynamic()) {
+      total.angular += (at_start - host - first.host_arm).cross(first.impulse);
       continue;
     }
     const double sign = moves_guest ? 1 : -1;
     const Vec3 turned = turned_impulse(first, contact).impulse;
-    add(moves_guest ? guest + first.guest_arm : host + first.host_arm, sign * first.impulse);
-    add(moves_guest ? guest + contact.guest_arm : host + contact.host_arm, -sign * turned);
+    add(moves_guest ? at_start : host + first.host_arm, sign * first.impulse);
+    add(moves_guest ? at_end : host + contact.host_arm, -sign * turned);
   }
   return total;
 }

@@ -1,17 +1,18 @@
-// The impulses of step III between rigid bodies act at the beginning of the step, where contact was found,
-// and the rest of the impulses of step V at its end. In between the contact may have moved along a body that
-// rocks or rolls, and the body may have turned about it.
+// The impulses of step III act at the beginning of the step, where contact was found, and the rest of the
+// impulses of step V at its end. In between the contact may have moved along a body that rocks or rolls, or
+// with a particle that slides over a round body, and the body may have turned about it.
 //
 // With both halves at the end, a body that rocks on a round one loses energy, and a body that tips over an
-// edge gains some, in proportion to the step. With one half at each end neither happens, as in RATTLE
-// (Andersen 1983). The order of V.4 stays: its sweeps find the sum of both halves at the end of the step,
-// with Coulomb's law for the sum. The difference between the first half where it acts and where V.4 takes it
-// to act is added to the velocities before:
+// edge gains some, in proportion to the step; with both in the middle, particles gain energy in a bowl. With
+// one half at each end neither happens, as in RATTLE (Andersen 1983). The order of V.4 stays: its sweeps find
+// the sum of both halves at the end of the step, with Coulomb's law for the sum. The difference between the
+// first half where it acts and where V.4 takes it to act is added to the velocities before:
 //
 //   guest:  dv = (J - R J) / m,   dL = a x J - a' x R J,   and the opposite for the host,
 //
 // with the impulse J (N s) on the guest, the arms a and a' (m) at the beginning and at the end of the step,
-// and the smallest rotation R that turns the normal at the beginning to that at the end.
+// and the smallest rotation R that turns the normal at the beginning to that at the end. Particles of a
+// deformable guest share J and R J by the weights of the contact's place at the beginning and at the end.
 #pragma once
 
 #include <vector>
@@ -22,15 +23,17 @@ namespace duet {
 
 /// Where a contact acts in step III.
 struct ContactFrame {
+  SurfacePoint place;            ///< The place on a deformable guest.
   Vec3 normal = Vec3::UnitY(),   ///< Unit: outward normal of the host.
       host_arm = Vec3::Zero(),   ///< m: from the host's center of mass to the contact.
       guest_arm = Vec3::Zero(),  ///< m: from a rigid guest's center of mass to the contact.
       impulse = Vec3::Zero();    ///< N s: impulse on the guest; zero if it stays at the end of the step.
 };
 
-/// Sets `frames` to the frames of all contacts now, with the impulses of active rigid pairs. Impulses against
+/// Sets `frames` to the frames of all contacts now, with the impulses of active pairs. Impulses against
 /// planes that the bodies meet later in the step are left out.
-void note_frames(const ContactGraph& graph, const ContactSet& contacts, std::vector<ContactFrame>& frames);
+void note_frames(const ContactGraph& graph, const Bodies& bodies, const ContactSet& contacts,
+                 std::vector<ContactFrame>& frames);
 
 /// Lets the impulses in `frames` act there: turns the impulses of the contacts to the present normals, and
 /// changes the velocities by the difference.
@@ -50,17 +53,30 @@ struct TurnedImpulse {
 /// Returns the impulse of a frame as it acts at the present place of its contact.
 TurnedImpulse turned_impulse(const ContactFrame& first, const ContactPoint& contact);
 
-/// Calls give(body, impulse, angular impulse) for what act_at_start() gave to each body of each contact, N s
-/// and N m s about the body's center of mass. Bodies of infinite mass are among them.
-template <class Give>
-void visit_turned(const std::vector<ContactFrame>& frames, const ContactSet& contacts, Give&& give) {
+/// Calls give(body, impulse, angular impulse) for what act_at_start() gave to each rigid body of each
+/// contact, N s and N m s about the body's center of mass. Bodies of infinite mass are among them. Calls
+/// give_particle(particle, impulse, part of it along the normal at its place) for each particle, N s.
+template <class Give, class GiveParticle>
+void visit_turned(const std::vector<ContactFrame>& frames, const Bodies& bodies, const ContactSet& contacts,
+                  Give&& give, GiveParticle&& give_particle) {
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const ContactFrame& first = frames[i];
     if (first.impulse.isZero(0)) continue;
     const ContactPoint& contact = contacts.points[i];
     const TurnedImpulse turned = turned_impulse(first, contact);
-    give(contact.guest_rigid, turned.to_guest, turned.turns_guest);
-    give(contact.host, Vec3(-turned.to_guest), turned.turns_host);
+    if (moves_host(bodies, contact) || !bodies.rigid.properties[as_index(contact.host)].is_dynamic())
+      give(contact.host, Vec3(-turned.to_guest), turned.turns_host);
+    if (contact.is_rigid_pair()) {
+      give(contact.guest_rigid, turned.to_guest, turned.turns_guest);
+      continue;
+    }
+    const auto share = [&](const SurfacePoint& place, const Vec3& impulse, double along_normal) {
+      for (std::size_t k = 0; k < as_index(place.count); ++k)
+        give_particle(as_index(place.particle[k]), Vec3(place.weight[k] * impulse),
+                      place.weight[k] * along_normal);
+    };
+    share(first.place, first.impulse, first.impulse.dot(first.normal));
+    share(surface_point(bodies, contact), -turned.impulse, -turned.impulse.dot(contact.normal));
   }
 }
 

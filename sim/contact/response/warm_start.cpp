@@ -11,6 +11,9 @@
 namespace duet {
 namespace {
 
+// Least cosine of the turn of a normal within a step of which the mean counts, see turn_to_middle().
+constexpr double min_agreement_at_middle = 0.9;
+
 // Returns the key by which the cache is sorted.
 template <class Contact>
 auto name_of(const Contact& contact) {
@@ -40,17 +43,31 @@ Vec3 expected_velocity(const ContactPoint& contact, const Vec3& velocity, double
   return closing < allowed ? Vec3(velocity + (allowed - closing) * contact.normal) : velocity;
 }
 
+// Returns the speed at which the place of contact of a rigid pair moves along its host over the step, m/s. It
+// is the speed of the guest's point if that slides, that of its center if a ball rolls, and that of the
+// lowest place if a coin rolls on its rim.
+double place_speed(const Bodies& bodies, const ContactPoint& contact, const Touch& predicted, double dt) {
+  const Vec3 way = predicted.position -
+                   (bodies.rigid.state[as_index(contact.guest_rigid)].pose.position + contact.guest_arm);
+  const RigidState& host = bodies.rigid.state[as_index(contact.host)];
+  return (way / dt - point_velocity(host, contact.host_arm)).norm();
+}
+
 // Returns the target of find_speculative_targets(), m/s. If the point overlaps then and the normal has turned
 // far, another side of the host is nearest, and the gap there says nothing about this normal: the contact may
 // close its gap then.
-double target_velocity(const ContactPoint& contact, const Vec3& velocity, const Touch& predicted, double dt) {
+double target_velocity(const Bodies& bodies, const ContactPoint& contact, const Vec3& velocity,
+                       const Touch& predicted, double dt) {
   constexpr double min_agreement = 0.9;  // least cosine of the turn of the normal, at 26 degrees
   // Largest target over the speed: the part of a motion that a curved host may turn towards its normal.
   constexpr double max_turn = 0.1;
   if (predicted.gap < 0 && predicted.normal.dot(contact.normal) < min_agreement)
     return -std::max(contact.gap, 0.0) / dt;
-  return std::min(velocity.dot(contact.normal) - (predicted.gap - std::min(contact.gap, 0.0)) / dt,
-                  max_turn * velocity.norm());
+  double most = max_turn * velocity.norm();
+  const double target = velocity.dot(contact.normal) - (predicted.gap - std::min(contact.gap, 0.0)) / dt;
+  if (target <= most || !contact.is_rigid_pair()) return std::min(target, most);
+  most = std::max(most, max_turn * place_speed(bodies, contact, predicted, dt));
+  return std::min(target, most);
 }
 
 // Target of a contact that does not act: every velocity reaches it.
@@ -77,10 +94,53 @@ bool will_collide(const Bodies& bodies, const ContactPoint& contact, const Vec3&
   return approach > 2 * (forces.rigid[h] - forces.rigid[g]).norm();
 }
 
+// Returns the target for a contact whose normal n is that at the middle of the step, see turn_to_middle(),
+// and whose target so far is `target`, m/s. In a hollow, where the normal n' at the end of the step, which
+// mirrors that of the start at n, is turned against the velocity v, it is at most -v.(n' - n): to first order
+// the bodies then end the step along each other.
+double target_at_middle(const ContactPoint& contact, const Vec3& velocity, double target) {
+  if (contact.first_normal.dot(contact.normal) < min_agreement_at_middle) return target;
+  const Vec3& n = contact.normal;
+  const Vec3 last = 2 * n.dot(contact.first_normal) * n - contact.first_normal;
+  const double ahead = velocity.dot(last - n);
+  return ahead < 0 ? std::min(target, -ahead) : target;
+}
+
+// Returns what turning and the motion of the place of contact add to the tangential velocity of a rigid pair,
+// m/s: the mean over the step of the velocity at the place, less that at its beginning. For a body with the
+// angular velocity w, and with its arms a at the beginning and a' at the end, it is
+//   (R a - a) / dt - w x a + (w.n) n x s / 2,   s = a' - R a,
+// with the rotation R of the body in the step and the normal n: the first part is that of the point at the
+// first place, the second one that of the way s of the place over the body. What that leaves for a' = a, as
+// for what rolls on a plane, is taken off as far as a' - a is small beside a - R a. Friction that holds the
+// velocity at the first place alone would give energy to a coin that rolls on its rim, in proportion to the
+// step. Kinematic bodies have their part in ContactPoint::path_velocity already.
+Vec3 turning_velocity(const Bodies& bodies, const std::vector<Pose>& predicted_poses,
+                      const ContactPoint& contact, const Touch& predicted, double dt) {
+  constexpr double keeps_arm = 0.1;  // greatest |a' - a| over |a - R a| at which something is taken off
+  const Vec3& n = contact.normal;
+  const auto change = [&](int body, const Vec3& arm) -> Vec3 {
+    const auto b = as_index(body);
+    const RigidState& state = bodies.rigid.state[b];
+    if (!bodies.rigid.properties[b].is_dynamic()) return Vec3::Zero();
+    const Vec3& w = state.angular_velocity;
+    const Vec3 last = predicted.position - state.pose.position - dt * state.velocity;
+    const Quat turn = predicted_poses[b].orientation * shape_pose(bodies.rigid, b).orientation.conjugate();
+    const Vec3 turned = turn * arm, way = last - turned, back = arm - turned;
+    const auto by_way = [&](const Vec3& s) -> Vec3 { return w.dot(n) / 2 * n.cross(s); };
+    const Vec3 by_turn = -back / dt - w.cross(arm);
+    const double moved = (last - arm).norm(), enough = keeps_arm * back.norm();
+    const double f = moved < enough ? 1 - moved / enough : 0, stays = f * f * (3 - 2 * f);
+    return by_turn + by_way(way) - stays * (by_turn + by_way(back));
+  };
+  const Vec3 mean = change(contact.guest_rigid, contact.guest_arm) - change(contact.host, contact.host_arm);
+  return mean - mean.dot(n) * n;
+}
+
 // Returns the target of a contact, m/s, by the rules of find_speculative_targets(). `culling` collects the
 // contacts of the pair.
 double target_of(const Bodies& bodies, const std::vector<Pose>& predicted_poses, double dt,
-                 PredictionFor stage, const VelocityState* forces, const ContactPoint& contact,
+                 PredictionFor stage, const VelocityState* forces, ContactPoint& contact,
                  SampleCulling& culling) {
   if (contact.meets_ahead)
     return culling.carry_for(contact, touch_ahead(bodies, contact, dt, Vec3::Zero())) ||
@@ -97,8 +157,14 @@ double target_of(const Bodies& bodies, const std::vector<Pose>& predicted_poses,
   if (culling.carry_for(contact, is_left ? touch_ahead(bodies, contact, dt, Vec3::Zero()) : predicted))
     return out_of_reach;
   if (forces && will_collide(bodies, contact, velocity, *forces)) return out_of_reach;
-  const double target = target_velocity(contact, expected, predicted, dt);
-  return stays ? target_at_end(contact, predicted, target, dt) : target;
+  const double target = target_velocity(bodies, contact, expected, predicted, dt);
+  if (stage == PredictionFor::motion_in_step && contact.is_rigid_pair() && std::isfinite(predicted.gap))
+    contact.path_velocity += turning_velocity(bodies, predicted_poses, contact, predicted, dt);
+  if (stage == PredictionFor::velocity_in_solve && !contact.is_rigid_pair())
+    return target_at_middle(contact, expected, target);
+  if (stage != PredictionFor::velocity_at_end) return target;
+  const double at_end = stays ? target_at_end(contact, predicted, target, dt) : target;
+  return contact.is_rigid_pair() ? std::min(0.0, at_end) : at_end;
 }
 
 // Applies factor(island of the pair) times the impulses that the contacts of active pairs hold.
@@ -175,8 +241,8 @@ void apply_best_share(ContactGraph& graph, Bodies& bodies, ContactSet& contacts)
 // step it would lean in the direction of the motion and speed it up. If it has turned by more than 26
 // degrees, it belongs to another side, and stays.
 void turn_to_middle(ContactPoint& contact) {
-  constexpr double min_agreement = 0.9;  // least cosine of the turn of the normal
-  if (contact.first_normal == contact.normal || contact.first_normal.dot(contact.normal) < min_agreement)
+  if (contact.first_normal == contact.normal ||
+      contact.first_normal.dot(contact.normal) < min_agreement_at_middle)
     return;
   contact.normal = (contact.first_normal + contact.normal).normalized();
   contact.response = ContactResponse(contact.response.K, contact.normal);
@@ -184,14 +250,16 @@ void turn_to_middle(ContactPoint& contact) {
 
 }  // namespace
 
-void update_contacts(const ContactGraph& graph, const Bodies& bodies, ContactSet& contacts) {
+void update_contacts(const ContactGraph& graph, const Bodies& bodies, ContactSet& contacts,
+                     const std::function<bool(const ContactPair&)>& acts_at_end) {
   parallel_for(graph.pairs.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const ContactPair& pair = contacts.pairs[as_index(graph.pairs[k])];
+      const bool turns = pair.guest_rigid < 0 && acts_at_end && acts_at_end(pair);
       for (int i = pair.begin; i < pair.end; ++i) {
         ContactPoint& contact = contacts.points[as_index(i)];
         update_geometry(bodies, contact);
-        if (!contact.is_rigid_pair()) turn_to_middle(contact);
+        if (turns) turn_to_middle(contact);
       }
     }
   });
@@ -210,7 +278,7 @@ void find_speculative_targets(double dt, OrientationUpdate orientation, const Co
   });
   parallel_for(graph.pairs.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
-      const ContactPair& pair = contacts.pairs[as_index(graph.pairs[k])];
+      ContactPair& pair = contacts.pairs[as_index(graph.pairs[k])];
       SampleCulling culling;
       for (int i = pair.begin; i < pair.end; ++i)
         contacts.points[as_index(i)].target =

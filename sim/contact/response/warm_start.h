@@ -3,6 +3,7 @@
 // too.
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "sim/contact/graph/contact_graph.h"
@@ -26,13 +27,16 @@ struct CachedContact {
 using ContactCache = std::vector<CachedContact>;
 
 /// Updates normal, arms, gap and response of the contacts of `graph` for the present positions. Normals of
-/// contacts with deformable guests become the mean of the present normal and that of the start of the step.
-void update_contacts(const ContactGraph& graph, const Bodies& bodies, ContactSet& contacts);
+/// contacts with deformable guests in pairs whose impulses all act at the end of the step, as `acts_at_end`
+/// says, become the mean of the present normal and that of the start of the step.
+void update_contacts(const ContactGraph& graph, const Bodies& bodies, ContactSet& contacts,
+                     const std::function<bool(const ContactPair&)>& acts_at_end = {});
 
 /// The velocity that speculative targets bound.
 enum class PredictionFor {
-  motion_in_step,  ///< The velocity that moves the bodies through the step (step III).
-  velocity_at_end  ///< The velocity with which the bodies end the step (step V).
+  motion_in_step,     ///< The velocity that moves the bodies through the step (step III).
+  velocity_in_solve,  ///< The velocity at the end of the step as a velocity solve finds it.
+  velocity_at_end     ///< The velocity with which the bodies end the step (step V).
 };
 
 /// Sets ContactPoint::target of the contacts of `graph`, m/s:
@@ -40,14 +44,19 @@ enum class PredictionFor {
 /// where gap' is the gap after `dt` (s) with the present velocities, which must not contain impulses of
 /// contact yet. To first order about this motion, a contact with this target closes by no more than its gap,
 /// on curved surfaces and with turning bodies too. Overlaps are left to interpenetration resolution.
+/// For PredictionFor::motion_in_step, ContactPoint::path_velocity of rigid pairs gets what the motion of the
+/// place of contact adds to the tangential velocity over the step, so that friction holds the mean velocity.
+/// For PredictionFor::velocity_at_end, the target of rigid pairs is at most 0: the bodies end the step along
+/// each other, and half of the impulse that turns them along a hollow curve acts at each end of a step.
 /// `orientation` says how poses are predicted.
-/// The target is at most a tenth of |v_rel|, the part of a motion that a curved host may turn towards its
-/// normal. Other exceptions: for a deformable guest, gap' is that of the point after a motion with no more of
-/// v_rel.n than closes the gap, because internal forces move particles far in a step, and beside an edge the
-/// gap does not change in proportion. A contact that meets another plane ahead (impact_plane.h) has the
-/// target -gap / dt of that plane. A contact that another one carries the load for, see SampleCulling, has
-/// the target minus infinity. For PredictionFor::velocity_at_end, a contact that touches and stays, and whose
-/// normal turns in the next step, has
+/// The target is at most a tenth of |v_rel|, or of the speed of the place of contact along the host if that
+/// is greater: the part of a motion that a curved host may turn towards its normal. Other exceptions: for a
+/// deformable guest, gap' is that of the point after a motion with no more of v_rel.n than closes the gap,
+/// because internal forces move particles far in a step, and beside an edge the gap does not change in
+/// proportion. A contact that meets another plane ahead (impact_plane.h) has the target -gap / dt of that
+/// plane. A contact that another one carries the load for, see SampleCulling, has the target minus infinity.
+/// For PredictionFor::velocity_at_end, a contact that touches and stays, and whose normal turns in the next
+/// step, has
 ///   target >= -max(gap, 0) / dt,
 /// so that the end of the next step does not let it down.
 /// With `forces`, the change of the velocities by the forces of half a step, a contact of two rigid bodies

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
+#include "sim/base/elementary.h"
 #include "sim/deformable/self_contact/collision_candidates.h"
 
 namespace duet {
@@ -16,6 +18,9 @@ constexpr double of_thickness = 0.02, of_extent = 0.01;
 // Points inside bodies at which overlaps are measured: tetrahedra of a deformable body at most, and points
 // along each axis of a rigid body's box. Larger values are slower and find the deepest point more exactly.
 constexpr int max_inner_tets = 200, inner_samples = 5;
+// Segments of the center line of a torus. They are off the circle by 1.2e-6 of its radius, which counts as
+// touching.
+constexpr int circle_pieces = 2048;
 
 // Returns whether the body has a closed boundary that is its contact surface.
 bool is_volume(const Bodies& bodies, const DeformableBody& body) {
@@ -92,8 +97,8 @@ const OverlapProbe::Body& OverlapProbe::prepared(int body) {
   return made;
 }
 
-// Fills `made` for a rigid body. A ball or capsule is a point or segment with a radius around it; other
-// shapes have their drawn surface.
+// Fills `made` for a rigid body. A ball, capsule or torus is a point, a segment or a circle with a radius
+// around it; other shapes have their drawn surface.
 void OverlapProbe::prepare_rigid(std::size_t body, Body& made) const {
   const LevelSet& shape = bodies_.rigid.properties[body].shape;
   const Pose pose = shape_pose(bodies_.rigid, body);
@@ -103,6 +108,15 @@ void OverlapProbe::prepare_rigid(std::size_t body, Body& made) const {
     const Vec3 a = pose.to_world(Vec3(0, -half, 0)), b = pose.to_world(Vec3(0, half, 0));
     made.pieces.push_back({a, b, b});
     made.around = shape.radius;
+    return;
+  }
+  if (shape.kind == LevelSet::Kind::torus) {
+    const auto place = [&](int i) {
+      const double angle = 2 * std::numbers::pi * i / circle_pieces;
+      return pose.to_world(shape.radius * Vec3(math::sin(angle), 0, math::cos(angle)));
+    };
+    for (int i = 0; i < circle_pieces; ++i) made.pieces.push_back({place(i), place(i + 1), place(i + 1)});
+    made.around = shape.tube;
     return;
   }
   if (body >= rigid_surfaces_.size()) return;
