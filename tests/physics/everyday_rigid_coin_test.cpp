@@ -58,8 +58,9 @@ double change_of_energy(const scene::Scene& scene) {
 
 }  // namespace
 
-// Six frames are half a second for a coin of 4 cm, in which its rim touches the ground in 4 to 6 turns. With
-// friction at the first place of each step alone they lost or gained 1 to 14 percent.
+// Six frames are half a second for a coin of 4 cm, in which its place of contact goes 3 to 6 times around.
+// With friction that holds the velocity at the first place of each step alone, a coin at 20 degrees gains 1 %
+// in that time, and with targets that are bound by the speed of the rim's points it loses 14 %.
 TEST(EverydayRigidCoin, KeepsItsEnergyOnItsRim) {
   for (const double radius : {0.01, 0.04, 1.0})
     for (const double degrees : {10.0, 20.0, 40.0})

@@ -83,10 +83,10 @@ RingPlace place_on_arc(const RingArc& arc, const Pose& pose, const LevelSet& hos
 /// the tube's radius: this is how deep rings may enter each other. Each arc has one contact, if it is less
 /// than `margin` (m) from the host; but if the ring touches on one side only, arcs whose nearest place is an
 /// end beyond which the distance falls on by a hundredth of the tube's radius leave the contact to the next
-/// arc. Its touch at other poses, with
-/// place_on_arc() again, depends on the poses alone. EdgePoint::place is the middle of the arc, and
-/// FeatureId::index numbers the middles of the shortest arcs. On cylinders and boxes FeatureId::sub is 0,
-/// because other edge contacts have numbers of nodes.
+/// arc. On cylinders and boxes all such arcs do, so that no arc beside a face touches its edge. Its touch at
+/// other poses, with place_on_arc() again, depends on the poses alone. EdgePoint::place is the middle of the
+/// arc, and FeatureId::index numbers the middles of the shortest arcs. On cylinders and boxes FeatureId::sub
+/// is 0, because other edge contacts have numbers of nodes.
 ///
 /// `feature_edges` are those of the torus, and `pose` is its pose in the host's shape space.
 void find_ring_contacts(const FeatureEdges& feature_edges, const Pose& pose, const LevelSet& host,
