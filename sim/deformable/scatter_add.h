@@ -12,9 +12,15 @@
 
 #include "sim/base/pack_vector.h"
 #include "sim/base/parallel.h"
+#include "sim/base/prefetch.h"
 #include "sim/deformable/particle_mask.h"
 
 namespace duet {
+
+/// Number of batches by which loops ask for memory ahead of their work.
+///
+/// One batch takes less time than memory to answer, and many would drive the batches at work from the cache.
+inline constexpr std::size_t batches_ahead = 2;
 
 /// Sums values of elements around the particles that are their corners (a scatter-add).
 ///

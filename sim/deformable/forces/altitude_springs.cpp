@@ -104,6 +104,7 @@ double8 AltitudeSprings::choose(const Batch& batch, const std::array<vector8, 4>
 
 void AltitudeSprings::choose(const std::vector<Vec3>& x) {
   sums_.visit(x, [&](std::size_t b, const double4* rows) {
+    fetch_ahead(b + batches_ahead, batches_, chosen_);
     std::array<vector8, 4> corner;
     for (std::size_t i = 0; i < 4; ++i) corner[i] = ScatterAdd::gather(rows, batches_[b].slot[i]);
     choose(batches_[b], corner, chosen_[b]);
@@ -142,6 +143,7 @@ vector8 AltitudeSprings::difference(const Chosen& chosen, const double4* rows) {
 template <class Force>
 auto AltitudeSprings::forces_along(Force force_of) const {
   return [this, force_of](std::size_t b, const double4* rows, double4* sums) {
+    fetch_ahead(b + batches_ahead, chosen_);
     const Chosen& chosen = chosen_[b];
     const double8 force = force_of(chosen, rows);
     for (std::size_t i = 0; i < 4; ++i)
@@ -166,6 +168,7 @@ auto AltitudeSprings::turn_force(double seconds) {
 void AltitudeSprings::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force,
                                          std::vector<double>& geometric_stiffness, const Turn* turn) {
   const auto elastic = [&](std::size_t b, const double4* rows, double4* sums) {
+    fetch_ahead(b + batches_ahead, chosen_, dashpots_);
     Chosen& chosen = chosen_[b];
     const Altitude now = altitude(chosen, rows);
     chosen.weight = now.weight;
@@ -199,6 +202,7 @@ void AltitudeSprings::add_turn_forces(const std::vector<Vec3>& v, double seconds
 // altitude.
 void AltitudeSprings::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
   add_blocks(sums_, blocks, [&](std::size_t b, double4* sums) {
+    fetch_ahead(b + batches_ahead, chosen_);
     const Chosen& chosen = chosen_[b];
     for (std::size_t i = 0; i < 4; ++i)
       spread_square(chosen.slot[i], chosen.viscosity * chosen.weight[i] * chosen.weight[i], chosen.normal,

@@ -78,6 +78,7 @@ template <std::size_t N, std::size_t R>
 void add_dashpot_forces(const std::vector<Dashpots<N, R>>& dashpots, ScatterAdd& sums,
                         const std::vector<Vec3>& v, std::vector<Vec3>& force) {
   sums.fill_from<float4>(v, [&](std::size_t b, const float4* rows, double4* block_sums) {
+    fetch_ahead(b + batches_ahead, dashpots);
     dashpots[b].spread_forces(rows, block_sums);
   });
   sums.add_to(force);

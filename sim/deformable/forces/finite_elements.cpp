@@ -316,6 +316,7 @@ void FiniteElements::add_elastic_forces(const std::vector<Vec3>& x, std::vector<
                                         const Turn* turn) {
   if (tets_.empty()) return;
   const auto elastic = [&](std::size_t b, const double4* rows, double4* sums) {
+    fetch_ahead(b + batches_ahead, batches_, scatter_, deformation_, single_);
     const Batch& batch = batches_[b];
     const Matrix3<double8> F = gradient(batch, rows);
     keep_deformation(b, F);
@@ -360,6 +361,7 @@ Matrix3<double8> FiniteElements::damping_stress(std::size_t b, const Matrix3<dou
 
 void FiniteElements::add_damping_forces(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
   sums_.fill_from(v, [&](std::size_t b, const double4* rows, double4* sums) {
+    fetch_ahead(b + batches_ahead, batches_, deformation_);
     spread_forces(batches_[b], damping_stress(b, gradient(batches_[b], rows)), double8{}, sums);
   });
   sums_.add_to(force);
@@ -386,6 +388,7 @@ void FiniteElements::add_turn_forces(const std::vector<Vec3>& v, double seconds,
 
 void FiniteElements::add_damping_forces_single(const std::vector<Vec3>& v, std::vector<Vec3>& force) {
   sums_.fill_from<float4>(v, [&](std::size_t b, const float4* rows, double4* sums) {
+    fetch_ahead(b + batches_ahead, single_);
     const SingleBatch& batch = single_[b];
     const Matrix3<float8> Fdot = gradient_of(
         batch.inverse_rest, [&](std::size_t i) { return ScatterAdd::gather(rows, batch.slot[i]); });
@@ -409,7 +412,10 @@ void FiniteElements::add_drag(const std::vector<Vec3>& v, std::vector<Vec3>& for
 }
 
 void FiniteElements::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
-  add_blocks(sums_, blocks, [&](std::size_t b, double4* sums) { spread_damping(b, sums); });
+  add_blocks(sums_, blocks, [&](std::size_t b, double4* sums) {
+    fetch_ahead(b + batches_ahead, batches_, deformation_);
+    spread_damping(b, sums);
+  });
   for (std::size_t p = 0; p < drag_.size(); ++p)
     if (sums_.takes(p)) blocks[p].diagonal += Vec3::Constant(drag_[p]);
 }
@@ -497,6 +503,7 @@ void FiniteElements::append_blocks(const BlockFactors& factors, std::vector<Part
 
 void FiniteElements::add_force_differentials(const std::vector<Vec3>& dx, std::vector<Vec3>& force) {
   sums_.fill_from(dx, [&](std::size_t b, const double4* rows, double4* sums) {
+    fetch_ahead(b + batches_ahead, batches_, differential_);
     spread_forces(batches_[b], differential_[b] * gradient(batches_[b], rows), double8{}, sums);
   });
   sums_.add_to(force);

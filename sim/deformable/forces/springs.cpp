@@ -85,6 +85,7 @@ template <std::size_t N, std::size_t R>
 template <class Force>
 auto Springs<N, R>::forces_along(Force force_of) const {
   return [this, force_of](std::size_t b, const double4* rows, double4* sums) {
+    fetch_ahead(b + batches_ahead, batches_);
     const Batch& batch = batches_[b];
     const std::array<vector8, N> here = batch.gather(rows);
     std::array<vector8, R> force;
@@ -111,6 +112,7 @@ template <std::size_t N, std::size_t R>
 void Springs<N, R>::add_elastic_forces(const std::vector<Vec3>& x, std::vector<Vec3>& force,
                                        std::vector<double>& geometric_stiffness, const Turn* turn) {
   const auto elastic = [&](std::size_t b, const double4* rows, double4* sums) {
+    fetch_ahead(b + batches_ahead, batches_, dashpots_);
     Batch& batch = batches_[b];
     const std::array<vector8, N> here = batch.gather(rows);
     std::array<vector8, R> along;
@@ -159,6 +161,7 @@ void Springs<N, R>::add_turn_forces(const std::vector<Vec3>& v, double seconds, 
 template <std::size_t N, std::size_t R>
 void Springs<N, R>::add_damping_blocks(std::vector<SymmetricBlock>& blocks) {
   add_blocks(sums_, blocks, [&](std::size_t b, double4* sums) {
+    fetch_ahead(b + batches_ahead, batches_);
     const Batch& batch = batches_[b];
     for (std::size_t i = 0; i < N; ++i)
       for (const Row& row : batch.row)
