@@ -374,25 +374,32 @@ void CollisionCandidates::add_travels(const CollisionSurface& surface, const std
   add(surface.triangles, triangles_.first);
 }
 
+// Nearly all pairs stay asleep, and there are hundreds of thousands. So the loop reads nothing but its row
+// and the travels, and all else is in wake().
 void CollisionCandidates::wake_pairs(const CollisionSurface& surface, const std::vector<Vec3>& start) {
   parallel_collect(rows_.size(), rows_at_once, near_of_ranges_, near_,
                    [&](std::size_t i, std::vector<CandidatePair>& near) {
-                     const Travel& a = travel_[i];
-                     for (std::size_t k = rows_[i].begin; k < rows_[i].end; ++k) {
-                       Kept& kept = kept_[k];
-                       const Travel& b = travel_[as_index(kept.second)];
-                       if (a.including + b.including < kept.until) continue;
-                       CandidatePair pair = candidate(surface, i, as_index(kept.second));
-                       const double range = repulsion_range * pair.thickness, way = a.before + b.before;
-                       kept.until = way + min_distance(pair, start, range) - range - rounding * (range + way);
-                       if (a.including + b.including < kept.until) continue;
-                       if (!kept.is_examined)
-                         kept.repels = repels(pair, bodies_of(surface, i, as_index(kept.second)), surface);
-                       kept.is_examined = true;
-                       pair.repels = kept.repels;
-                       near.push_back(pair);
-                     }
+                     Kept* const end = kept_.data() + rows_[i].end;
+                     const Travel* const travel = travel_.data();
+                     const double way = travel[i].including;
+                     for (Kept* kept = kept_.data() + rows_[i].begin; kept < end; ++kept)
+                       if (!(way + travel[as_index(kept->second)].including < kept->until))
+                         wake(surface, start, i, *kept, near);
                    });
+}
+
+void CollisionCandidates::wake(const CollisionSurface& surface, const std::vector<Vec3>& start,
+                               std::size_t first, Kept& kept, std::vector<CandidatePair>& near) const {
+  const std::size_t second = as_index(kept.second);
+  const Travel &a = travel_[first], &b = travel_[second];
+  CandidatePair pair = candidate(surface, first, second);
+  const double range = repulsion_range * pair.thickness, way = a.before + b.before;
+  kept.until = way + min_distance(pair, start, range) - range - rounding * (range + way);
+  if (a.including + b.including < kept.until) return;
+  if (!kept.is_examined) kept.repels = repels(pair, bodies_of(surface, first, second), surface);
+  kept.is_examined = true;
+  pair.repels = kept.repels;
+  near.push_back(pair);
 }
 
 }  // namespace duet

@@ -130,6 +130,9 @@ class CollisionCandidates {
                    const std::vector<Vec3>& end);
   // Tests the pairs that can have come near and puts those that may into near_.
   void wake_pairs(const CollisionSurface& surface, const std::vector<Vec3>& start);
+  // Tests one of them, a pair of the element `first`, and appends it to `near` if it may come near.
+  void wake(const CollisionSurface& surface, const std::vector<Vec3>& start, std::size_t first, Kept& kept,
+            std::vector<CandidatePair>& near) const;
 
   Vec3 mean_ = Vec3::Zero();       // m, mean position of the particles that the boxes' frame refers to
   std::vector<Box> particle_box_;  // m, by particle, in that frame
