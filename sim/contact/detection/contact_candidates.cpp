@@ -341,19 +341,19 @@ class Finder {
       target.end = first + end;
       for (int i = begin; i < end; ++i) {
         const NearPoint& touch = chunk.touches[as_index(i)];
-        contacts_.points[as_index(first + i)] =
-            make_contact(touch.reversed ? reversed(pair) : pair, touch, chunk);
+        make_contact(touch.reversed ? reversed(pair) : pair, touch, chunk,
+                     contacts_.points[as_index(first + i)] = ContactPoint());
         target.patches = std::max(target.patches, touch.patch + 1);
       }
     }
   }
 
-  // Makes a contact point of a touch. Its friction is the smaller coefficient of two rigid bodies; with a
-  // deformable guest it is the coefficient of the host, faded at edges that cut into the guest.
-  ContactPoint make_contact(const BodyPair& pair, const NearPoint& near,
-                            const CandidateSearch::Chunk& chunk) const {
+  // Makes a contact point of a touch, from an empty one. Its friction is the smaller coefficient of two rigid
+  // bodies; with a deformable guest it is the coefficient of the host, faded at edges that cut into the
+  // guest.
+  void make_contact(const BodyPair& pair, const NearPoint& near, const CandidateSearch::Chunk& chunk,
+                    ContactPoint& contact) const {
     const RigidProperties& host = bodies_.rigid.properties[as_index(pair.host)];
-    ContactPoint contact;
     contact.host = pair.host;
     contact.guest_rigid = pair.guest_rigid;
     contact.feature = near.feature;
@@ -384,7 +384,6 @@ class Finder {
     contact.first_normal = contact.normal;
     if (pair.guest_rigid < 0)
       contact.friction *= friction_fade_fraction(bodies_, surface_point(bodies_, contact), contact.normal);
-    return contact;
   }
 
   const Bodies& bodies_;

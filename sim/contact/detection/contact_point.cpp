@@ -240,11 +240,12 @@ namespace {
 Touch touch(const Bodies& bodies, int host, const Pose& host_pose, const SurfacePoint& point, const Vec3& x) {
   const LevelSet& shape = bodies.rigid.properties[as_index(host)].shape;
   const Vec3 in_host = host_pose.to_body(x);
-  Exit way{host_pose.orientation * shape.normal(in_host), -shape.distance(in_host)};
+  const NearestSurface nearest{in_host, shape.distance(in_host), shape.normal(in_host)};
+  Exit way{host_pose.orientation * nearest.normal, -nearest.distance};
   if (const auto hidden = hidden_foot(bodies, host, x + way.depth * way.normal, way.normal))
     way = exit_from_union(bodies, host, x, inward_direction(bodies, point), way, *hidden);
   else
-    way = faced_exit(bodies, host, host_pose, point, x, way);
+    way = faced_exit(bodies, host, host_pose, point, x, nearest);
   return {x, way.normal, point.contact_offset - way.depth};
 }
 

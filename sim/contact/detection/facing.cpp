@@ -29,11 +29,11 @@ constexpr double min_flat_distance = 0.98;
 // displacement from the point to the middle of the face.
 constexpr double farther_in = 1e-3;
 
-// Returns whether the surface of the host is sharp where it is nearest to `x` (m, in the host's shape space),
-// a point outside of it.
-bool is_nearest_to_edge(const LevelSet& shape, const Vec3& x) {
+// Returns whether the surface of the host is sharp where it is nearest to a point outside of it.
+bool is_edge(const LevelSet& shape, const NearestSurface& nearest) {
   const double below = below_edge * shape.min_size();
-  return shape.distance(x - (shape.distance(x) + below) * shape.normal(x)) > -min_flat_distance * below;
+  return shape.distance(nearest.from - (nearest.distance + below) * nearest.normal) >
+         -min_flat_distance * below;
 }
 
 // Returns the exit through a side of the host that a face with the point lies on, for a point at `x` (m,
@@ -66,13 +66,14 @@ std::optional<Exit> way_out_beside(const Bodies& bodies, const LevelSet& shape, 
 }  // namespace
 
 Exit faced_exit(const Bodies& bodies, int host, const Pose& pose, const SurfacePoint& point, const Vec3& x,
-                const Exit& nearest) {
+                const NearestSurface& surface) {
+  const Exit nearest{pose.orientation * surface.normal, -surface.distance};
   const LevelSet& shape = bodies.rigid.properties[as_index(host)].shape;
   if (bodies.faces_around.first.empty() || point.count > 3 || is_swept_by_ball(shape) ||
       shape.kind == LevelSet::Kind::half_space)
     return nearest;
   // The normal from an edge to a point right above it is rounding, and pushes corners off what they lie on.
-  const bool is_above_edge = nearest.depth < 0 && is_nearest_to_edge(shape, pose.to_body(x));
+  const bool is_above_edge = nearest.depth < 0 && is_edge(shape, surface);
   if (is_above_edge)
     if (const auto beside = way_out_beside(bodies, shape, pose, point, x)) return *beside;
   if (faces_squarely(bodies.faces_around, bodies.triangles, bodies.particles.x, point, -nearest.normal))

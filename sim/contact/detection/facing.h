@@ -7,9 +7,15 @@
 
 namespace duet {
 
+/// The surface of a host that is nearest to a point. All is in the host's shape space.
+struct NearestSurface {
+  Vec3 from;            ///< m: the point.
+  double distance = 0;  ///< m: LevelSet::distance() there.
+  Vec3 normal;          ///< Unit: LevelSet::normal() there.
+};
+
 /// Returns the exit from a host at `pose` for a point at `x` (m, world) of the boundary of a deformable
-/// volume. `nearest` is the exit through the host's nearest surface, with the unit normal n outward of the
-/// host.
+/// volume. `nearest` is the host's surface nearest to that point; n is its unit normal, outward of the host.
 ///
 /// The point can touch the nearest surface if it is the support point of the boundary around it in the
 /// direction -n: no face around it rises beyond it in that direction by more than 30 degrees. More happens
@@ -23,10 +29,10 @@ namespace duet {
 /// - Inside, it leaves the host against the mean normal of the faces around it, if that is possible within a
 ///   tenth of their size.
 ///
-/// In all other cases the result is `nearest`: for points on no face, points of sheets and rods, hosts
-/// without edges, and longer exits.
+/// In all other cases the exit is that through `nearest`: for points on no face, points of sheets and rods,
+/// hosts without edges, and longer exits.
 Exit faced_exit(const Bodies& bodies, int host, const Pose& pose, const SurfacePoint& point, const Vec3& x,
-                const Exit& nearest);
+                const NearestSurface& nearest);
 
 /// Returns whether the boundary of a deformable body can touch a plane with its place `point` at `x` (m,
 /// world). `normal` (unit, world) is the plane's normal, outward of the host. It can if the place is the

@@ -13,20 +13,30 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
+// Returns whether a point outside of a box is above a face of it, given its excess (see box_distance()) and
+// the largest component of that. Its distance is then the excess, and its normal that of the face, to the
+// last bit: the square root of a square is exact as long as the square is in the range of doubles.
+bool is_above_face(const Vec3& excess, double largest) {
+  constexpr double least = 1e-150, most = 1e150;  // m, whose squares are in that range
+  return largest > least && largest < most && (excess.array() > 0).count() == 1;
+}
+
 // The excess of |x| over the half sizes is positive along the axes on which `x` lies outside of that pair of
 // faces.
 double box_distance(const Vec3& half, const Vec3& x) {
   const Vec3 excess = x.cwiseAbs() - half;
-  const double inside = excess.maxCoeff();
-  return inside <= 0 ? inside : excess.cwiseMax(0).norm();
+  const double largest = excess.maxCoeff();
+  return largest <= 0 || is_above_face(excess, largest) ? largest : excess.cwiseMax(0).norm();
 }
 
 Vec3 box_normal(const Vec3& half, const Vec3& x) {
   const Vec3 excess = x.cwiseAbs() - half;
-  int axis = excess[1] > excess[0] ? 1 : 0;
-  if (excess[2] > excess[axis]) axis = 2;
-  const Vec3 size =
-      excess[axis] <= 0 ? Vec3(axis == 0, axis == 1, axis == 2) : Vec3(excess.cwiseMax(0).normalized());
+  int axis = 0;
+  double largest = excess[0];
+  for (const int other : {1, 2})
+    if (excess[other] > largest) largest = excess[axis = other];
+  const Vec3 size = largest <= 0 || is_above_face(excess, largest) ? Vec3(axis == 0, axis == 1, axis == 2)
+                                                                   : Vec3(excess.cwiseMax(0).normalized());
   return {std::copysign(size.x(), x.x()), std::copysign(size.y(), x.y()), std::copysign(size.z(), x.z())};
 }
 
