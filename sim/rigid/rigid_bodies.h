@@ -1,6 +1,7 @@
 // State and constant properties of rigid bodies, and how a state moves.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -8,6 +9,7 @@
 #include "sim/base/types.h"
 #include "sim/geometry/level_set/feature_edges.h"
 #include "sim/geometry/level_set/level_set.h"
+#include "sim/geometry/level_set/round_surface.h"
 #include "sim/rigid/kinematic_motion.h"
 #include "sim/rigid/orientation_update.h"
 
@@ -44,6 +46,8 @@ struct RigidProperties {
   std::vector<Vec3> inside;    ///< m, shape space: per sample, a point that lies deeper inside the body
   std::vector<char> on_flat;   ///< per sample, 1 if it lies in a flat face
   FeatureEdges feature_edges;  ///< feature edges, along which the body can touch between its samples
+  std::shared_ptr<const RoundSurface> round;  ///< round parts of a mesh; null: none
+  std::vector<RoundSample> on_round;          ///< what samples are on `round`; empty without it
   /// Pose of shape space in body space; none if the two are the same.
   std::optional<Pose> shape_frame = {};
   double mass = 0,              ///< kg; 0: not dynamic

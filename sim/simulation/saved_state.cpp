@@ -145,6 +145,13 @@ void check_rigid_guest(const RigidProperties& guest, const CachedContact& contac
     case FeatureId::Kind::point:
     case FeatureId::Kind::point_on_plane:
       return check_index(feature.index, guest.samples.size(), "sample", number);
+    case FeatureId::Kind::round:
+      check_index(feature.index, guest.on_round.size(), "patch", number);
+      if (guest.on_round[as_index(feature.index)].patch < 0)
+        refuse("contact {} is of patch {}, which does not exist", number, feature.index);
+      return;
+    case FeatureId::Kind::vertex:
+      return check_index(feature.index, guest.round ? guest.round->vertices.size() : 0, "vertex", number);
     case FeatureId::Kind::edge:
       return check_index(feature.index,
                          is_swept_by_ball(guest.shape)

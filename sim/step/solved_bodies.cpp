@@ -38,15 +38,18 @@ bool is_heavy(const Bodies& bodies, int host, int deformable) {
          heavy_ratio * properties.mass < bodies.deformable[as_index(deformable)].mass;
 }
 
-// Returns the deformable body that is the guest of a cached contact.
-int soft_guest(const Bodies& bodies, const CachedContact& remembered) {
+}  // namespace
+
+SurfacePoint soft_place(const Bodies& bodies, const CachedContact& remembered) {
   ContactPoint contact;
   contact.host = remembered.host;
   contact.feature = remembered.feature;
   contact.edge = remembered.edge;
   if (contact.is_on_edge()) put_on_surface(bodies, contact);
-  return static_cast<int>(body_of(bodies, surface_point(bodies, contact).particle[0]));
+  return surface_point(bodies, contact);
 }
+
+namespace {
 
 // Marks in `is_thin` the islands that have sheets or rods.
 void find_thin(const Bodies& bodies, const Islands& islands, std::vector<char>& is_thin) {
@@ -99,7 +102,9 @@ void find_touching(const Bodies& bodies, const ContactCache& cache, StepContext&
   for (const CachedContact& contact : cache) {  // contacts of a pair follow each other
     const bool is_rigid_pair = contact.guest_rigid >= 0;
     const std::array<int, 2> pair{
-        contact.host, is_rigid_pair ? contact.guest_rigid : rigid_count + soft_guest(bodies, contact)};
+        contact.host, is_rigid_pair ? contact.guest_rigid
+                                    : rigid_count + static_cast<int>(body_of(
+                                                        bodies, soft_place(bodies, contact).particle[0]))};
     if (!solved.touching.empty() && solved.touching.back() == pair) continue;
     solved.touching.push_back(pair);
     if (is_rigid_pair)
@@ -157,8 +162,9 @@ bool solves_contact(const World& world) {
   if (!world.has_internal_forces()) return false;
   if (world.settings.implicit_elasticity) return !world.bodies.deformable.empty();
   return !world.settings.constraints_before_solve &&
-         (world.may_crush || std::find(world.strongly_damped.begin(), world.strongly_damped.end(), true) !=
-                                 world.strongly_damped.end());
+         (world.may_crush || may_press_layers(world) ||
+          std::find(world.strongly_damped.begin(), world.strongly_damped.end(), true) !=
+              world.strongly_damped.end());
 }
 
 }  // namespace duet

@@ -141,7 +141,7 @@ inline constexpr auto rows = std::to_array<StageRow>({
   {Stage::time_step_choice,     "time step choice",                    other, always, nothing,   nullptr, nullptr, Timing::before_step},
   {Stage::kinematic_motion,     "0 kinematic motion",                  added, effect(Effect::kinematic_motion), nothing, plan_motion},
   {Stage::joint_rows,           "0 joint rows",                        added, any(jointed), nothing, begin_joints},
-  {Stage::repulsion_pairs,      "0 repulsion pairs",                   added, effect(Effect::self_repulsion), nothing, find_repulsions},
+  {Stage::repulsion_pairs,      "0 repulsion pairs",                   added, effect(Effect::self_repulsion), nothing, find_repulsions_at_start},
   // I    v^n -> v~^{n+1/2}
   {Stage::advance_velocity,     "I.1 advance velocity",                other, always, half_step, advance_velocity},
   {Stage::volume_correction,    "I.2 volume correction",               other, any(incompressible), half_step, correct_volume},

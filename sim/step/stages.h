@@ -142,6 +142,8 @@ void collide_surfaces(World& world, StepContext& context);
 
 /// Finds the pairs of deformable surfaces that are near each other at the positions x: x^n or x^{n+1}.
 void find_repulsions(World& world, StepContext& context);
+/// Does so at x^n, and chooses the layers under a load, see choose_pressed_layers().
+void find_repulsions_at_start(World& world, StepContext& context);
 /// Finds the free islands with deformable bodies, and stores the velocities that keep_spin() compares with.
 void begin_spin(World& world, StepContext& context);
 /// V.2: finds the constraints P at x^{n+1}: contacts that hold an impulse, joints and self-repulsions.

@@ -125,6 +125,15 @@ bool may_crush(const Bodies& bodies);
 /// Sets context.solved.bodies; the contacts that held a force at the end of the last step stand for those of
 /// this step. The file sim/step/solved_bodies.cpp says which bodies are chosen, and why.
 void choose_solved_bodies(World& world, StepContext& context);
+/// Returns whether choose_pressed_layers() may choose a body in some step, by the plan and the bodies.
+bool may_press_layers(const World& world);
+/// Adds the sheets and rods that lie in layers under a load, and what lies on them.
+///
+/// Extends context.solved.bodies by the pairs of surfaces and the cached contacts of x^n. The file
+/// sim/step/pressed_layers.cpp says which bodies are chosen, and why.
+void choose_pressed_layers(World& world, StepContext& context);
+/// Returns the place of a cached contact on its deformable guest.
+SurfacePoint soft_place(const Bodies& bodies, const CachedContact& remembered);
 /// Adds the deformable bodies that crush a rigid one by the contacts of this step.
 ///
 /// Extends context.solved.bodies; the islands of context.solved.islands hold the contacts of this step.

@@ -3,6 +3,7 @@
 
 #include "sim/articulation/free_motion.h"
 #include "sim/articulation/joint_solver.h"
+#include "sim/base/disjoint_sets.h"
 #include "sim/contact/detection/broad_phase.h"
 #include "sim/contact/graph/contact_graph.h"
 #include "sim/contact/push_out/push_out.h"
@@ -134,12 +135,29 @@ struct VelocitySolve {
   bool converged = true;                ///< true if the last implicit solve of I.1 converged
 };
 
+/// Scratch of the search for layers under a load (sim/step/pressed_layers.cpp).
+struct LayerSearch {
+  /// What is known of one deformable body, and of its group for the first body of each.
+  struct Layer {
+    bool has_pair = false,         ///< true if its surface is near another one, and one of the two is thin
+        touches = false,           ///< true if a rigid body touches it
+        has_thin_contact = false;  ///< true if a rigid body touches a sheet or rod of the group there
+    int last_host = -1;            ///< the last rigid body that was counted
+    double load = 0,               ///< kg, mass of dynamic rigid bodies that touch it, and of volumes
+        lightest = 0;              ///< kg, mass of the lightest sheet or rod
+  };
+  DisjointSets sets;           ///< groups of deformable bodies
+  std::vector<char> has_pair;  ///< per particle, whether its surface is near another one
+  std::vector<Layer> layers;   ///< per deformable body
+};
+
 /// Contact inside the velocity solves of III and V.
 struct SolvedContact {
   /// Per deformable body, whether its contact is inside the velocity solve in this step.
   ///
   /// The file sim/step/solved_bodies.cpp says which bodies are chosen.
   std::vector<char> bodies;
+  LayerSearch layers;                        ///< scratch of that choice
   std::vector<char> holder;                  ///< scratch of that choice, per rigid body
   std::vector<std::array<int, 2>> touching;  ///< scratch of that choice: pairs of bodies in contact
   /// Islands of this step's contacts; those that are searched have contact inside their velocity solve.

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "tests/support/articulated.h"
+#include "tests/support/full.h"
 #include "tests/support/margin.h"
 #include "tests/support/random_scenes.h"
 #include <fmt/format.h>
@@ -224,11 +225,10 @@ TEST(BoundLoads, JointsStayClosedAndRunsResumeToTheSameBits) {
   test::expect_below(whole.stats().max_penetration, 1e-3, "penetration");
 }
 
-// The inertia of a body with equal principal moments is the same in all axes, so that the motion does not
-// depend on the axes of body space: turned away from those of the shape, it gives the motion of contact,
-// joints and flesh to rounding. Balls are left out; with a turned body space they do not count as balls.
-TEST(BoundLoads, ContactDoesNotDependOnTheAxesOfBodySpace) {
-  test::Draw draw(11);
+// Returns the largest difference of position (m) or orientation (rad) between two runs of a random heap of
+// bodies with equal principal moments, one with body spaces turned away from the axes of the shapes.
+double difference_of_turned_axes(std::uint64_t seed) {
+  test::Draw draw(seed);
   scene::Scene scene = test::on_ground(0.4, 0.3);
   scene.fps = 960;
   scene.solver.max_time_step = 1.0 / 960;
@@ -269,7 +269,18 @@ TEST(BoundLoads, ContactDoesNotDependOnTheAxesOfBodySpace) {
     }
   }
   EXPECT_GT(contacts, 1000);
-  test::expect_below(off, 1e-6, "difference_of_poses");
+  return off;
+}
+
+// The inertia of a body with equal principal moments is the same in all axes, so that the motion does not
+// depend on the axes of body space: turned away from those of the shape, it gives the motion of contact,
+// joints and flesh to rounding. The bound is that of solvers that stop an iteration earlier or later, of
+// which impacts make up to 4e-6; an impact that rounding puts into one step or the next makes 1e-4 and more.
+// Balls are left out; with a turned body space they do not count as balls.
+TEST(BoundLoads, ContactDoesNotDependOnTheAxesOfBodySpace) {
+  const std::uint64_t last = test::runs_in_full() ? 40 : 14;
+  for (std::uint64_t seed = 11; seed <= last; ++seed)
+    test::expect_below(difference_of_turned_axes(seed), 1e-5, fmt::format("difference_of_poses_{}", seed));
 }
 
 // Gives a mesh body the center of mass `center` (m) in its shape: by a body space that has moved there, or by

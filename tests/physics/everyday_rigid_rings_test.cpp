@@ -255,4 +255,40 @@ TEST(EverydayRigidRings, PartFromABallAsTheRestitutionSays) {
 }
 
 }  // namespace
+// A can stands on a ring of its own radius: its rim lies all along the crest of the tube. When rounding
+// decided which places of the crest are below the end of the can, one of 500 times the ring's mass was
+// thrown.
+TEST(EverydayRigidRings, BearCansOfTheirRadius) {
+  for (const double radius : {0.02, 0.2, 2.0})
+    for (const double part : {0.9999, 1.0, 1.0001})
+      for (const double ratio : {1.0, 50.0, 500.0})
+        for (const double step : {0.0, 1e-3}) {
+          const double tube = radius / 10;
+          scene::Scene scene = scene_on(Support::ground, step * std::sqrt(radius / 0.2));
+          scene::RigidBody& ring = add_ring(scene, {radius, tube}, Vec3(0, tube, 0));
+          ring.density.reset();
+          ring.mass = 1;
+          scene::RigidBody& can =
+              add(scene, {.kind = ShapeKind::cylinder, .radius = part * radius, .length = radius},
+                  Vec3(0, 2 * tube + radius / 2, 0));
+          can.density.reset();
+          can.mass = ratio;
+          scene.fps = 24 * std::sqrt(0.2 / radius);
+          Simulation simulation(scene, test::plan(scene));
+          const auto energy = [&] { return simulation.stats().kinetic + simulation.stats().potential; };
+          const double first = energy();
+          double gain = 0, loss = 0;
+          for (int frame = 0; frame < 12; ++frame) {
+            simulation.advance_frame();
+            gain = std::max(gain, energy() - first);
+            loss = std::max(loss, first - energy());
+          }
+          const double scale = (1 + ratio) * gravity * radius;
+          const std::string what =
+              fmt::format("radius {} m, can of {} of it and {} kg, steps of {} s", radius, part, ratio, step);
+          test::expect_below(gain / scale, 1e-4, "gain: " + what);
+          test::expect_below(loss / scale, 1e-4, "sunk: " + what);
+        }
+}
+
 }  // namespace duet::everyday_rigid_rings_test

@@ -73,6 +73,29 @@ TriangleMesh torus_mesh(double radius, double tube, int columns, int rows) {
   return mesh;
 }
 
+TriangleMesh ball_mesh(double radius, int columns, int rows) {
+  TriangleMesh mesh;
+  mesh.positions.emplace_back(0, radius, 0);
+  for (int j = 1; j < rows; ++j)
+    for (int i = 0; i < columns; ++i) {
+      const double a = 2 * EIGEN_PI * i / columns, b = EIGEN_PI * j / rows;
+      mesh.positions.emplace_back(radius * std::sin(b) * std::sin(a), radius * std::cos(b),
+                                  radius * std::sin(b) * std::cos(a));
+    }
+  mesh.positions.emplace_back(0, -radius, 0);
+  const int last = static_cast<int>(mesh.positions.size()) - 1;
+  for (int i = 0; i < columns; ++i) {
+    const int k = (i + 1) % columns;
+    add_face(mesh, {0, 1 + i, 1 + k});
+    for (int j = 0; j + 2 < rows; ++j) {
+      const int upper = 1 + j * columns, lower = upper + columns;
+      add_face(mesh, {upper + i, lower + i, lower + k, upper + k});
+    }
+    add_face(mesh, {last, last - columns + k, last - columns + i});
+  }
+  return mesh;
+}
+
 TriangleMesh mesh_of(const Surface& surface) {
   TriangleMesh mesh;
   mesh.positions = surface.positions;

@@ -43,6 +43,10 @@ TriangleMesh l_mesh();
 // tube (m).
 TriangleMesh torus_mesh(double radius, double tube, int columns, int rows);
 
+// Returns a ball about the origin (m) with `columns` quads around the y axis and `rows` rows from pole to
+// pole, those at the poles of triangles. Its vertices lie on the ball.
+TriangleMesh ball_mesh(double radius, int columns, int rows);
+
 // Returns positions and triangles of a surface.
 TriangleMesh mesh_of(const Surface& surface);
 

@@ -35,7 +35,7 @@ struct Sheets {
         triangles.push_back({b, a + 1, b + 1});
       }
     surface.add({itself, thickness, friction}, triangles, {});
-    surface.initial = x;
+    surface.finish(x);
   }
   // Returns the number of pairs of triangles that intersect.
   std::size_t intersections() const { return intersecting_triangles(x, surface.triangles).size(); }

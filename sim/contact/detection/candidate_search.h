@@ -24,6 +24,7 @@ struct NearPoint {
   int plane_index = -1;  ///< Index of the plane that it was found with in Chunk::feature_edges; -1: none.
   int patch = -1;        ///< Number of its patch, see ContactPoint::patch; -1: none.
   double share = 0;      ///< Fraction of the patch's load, see ContactPoint::share.
+  int vertex = -1;       ///< Vertex of a round surface at which the point is; -1: none.
 };
 
 /// A flat face of one body that lies on a flat face of another. The convex hull of the points that touch

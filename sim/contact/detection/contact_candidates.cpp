@@ -182,12 +182,86 @@ class Finder {
       near.gap = plane.gap;
       chunk.touches.push_back(near);
     });
+    spread_patches(pair, margin, begin, chunk.touches);
+    drop_repeated_vertices(begin, chunk.touches);
     std::size_t samples = begin;  // the first touch that may be dropped: support points stay
     while (samples < chunk.touches.size() && chunk.touches[samples].feature.is_support()) ++samples;
     if (filter_.reduce_contacts) reduce_contacts(guest.arm, samples, chunk.touches, chunk.reduction);
     find_faces_at_samples(pair, margin, begin, chunk);
     find_places(pair, direction, margin, chunk);
     if (filter_.reduce_contacts) add_to_patches(guest.arm, begin, chunk.touches, chunk.reduction);
+  }
+
+  // Drops vertices among the touches from `begin` on that several patches have found, and those that are the
+  // lowest of a patch as well.
+  static void drop_repeated_vertices(std::size_t begin, std::vector<NearPoint>& touches) {
+    std::size_t kept = begin;
+    for (std::size_t i = begin; i < touches.size(); ++i) {
+      const auto is_same = [&](const NearPoint& other) { return other.vertex == touches[i].vertex; };
+      const auto at = [&](std::size_t k) { return touches.begin() + static_cast<std::ptrdiff_t>(k); };
+      const bool is_repeated = touches[i].feature.kind == FeatureId::Kind::vertex &&
+                               (std::any_of(at(begin), at(kept), is_same) ||
+                                std::any_of(at(i + 1), touches.end(), [&](const NearPoint& other) {
+                                  return is_same(other) && other.feature.kind == FeatureId::Kind::round;
+                                }));
+      if (!is_repeated) touches[kept++] = touches[i];
+    }
+    touches.resize(kept);
+  }
+
+  // Returns whether a guest rolls over the facets around a vertex of its round surface that touches, with the
+  // unit normal `normal` (host's shape space): with its angular velocity w_t along the host's surface, the
+  // length l of the shortest edge, the arm r of the vertex and the acceleration a by forces,
+  //   (|w_t| r)^2 > (l / 2)^2 a / r.
+  // Slower bodies do not get over the next vertex. They rock, and come to rest on a facet.
+  bool rolls_over_facets(const BodyPair& pair, const Vec3& normal, int vertex) const {
+    const auto h = as_index(pair.host), g = as_index(pair.guest_rigid);
+    const RoundSurface& round = *bodies_.rigid.properties[g].round;
+    const auto v = as_index(vertex);
+    double squared = std::numeric_limits<double>::infinity();
+    for (int i = round.first[v]; i < round.first[v + 1]; ++i)
+      squared = std::min(
+          squared,
+          (round.vertices[as_index(round.neighbors[as_index(i)])] - round.vertices[v]).squaredNorm());
+    const Vec3 n = shape_pose(bodies_.rigid, h).orientation * normal,
+               spin = bodies_.rigid.state[g].angular_velocity - bodies_.rigid.state[h].angular_velocity;
+    const double r = round.vertices[v].norm(),
+                 a = 2 / dt_ * (difference_.rigid[g] - difference_.rigid[h]).norm();
+    return (spin - spin.dot(n) * n).squaredNorm() * r * r * r > squared / 4 * a;
+  }
+
+  // Lets bodies that do not roll over their facets touch with all vertices around the lowest ones, instead of
+  // with the lowest one wherever it goes.
+  void spread_patches(const BodyPair& pair, double margin, std::size_t begin,
+                      std::vector<NearPoint>& touches) const {
+    const RigidProperties& guest = bodies_.rigid.properties[as_index(pair.guest_rigid)];
+    if (!guest.round) return;
+    const RoundSurface& round = *guest.round;
+    const Pose in_host = in_host_of(bodies_.rigid, pair),
+               pose = shape_pose(bodies_.rigid, as_index(pair.host));
+    const std::size_t end = touches.size();
+    for (std::size_t i = begin; i < end; ++i) {
+      const NearPoint lowest = touches[i];
+      if (lowest.feature.kind != FeatureId::Kind::round ||
+          rolls_over_facets(pair, lowest.normal, lowest.vertex))
+        continue;
+      touches[i].feature = {FeatureId::Kind::vertex, lowest.vertex, -1};
+      const auto v = as_index(lowest.vertex);
+      for (int k = round.first[v]; k < round.first[v + 1]; ++k) {
+        const int other = round.neighbors[as_index(k)];
+        NearPoint near = lowest;
+        near.feature = {FeatureId::Kind::vertex, other, -1};
+        near.vertex = other;
+        near.position = in_host.to_world(round.vertices[as_index(other)]);
+        const ContactPlane plane =
+            exposed_plane(bodies_, pair.host, pose, near.position,
+                          in_host.to_world(round.inside[as_index(other)]), PointKind::fixed);
+        if (!(plane.gap < margin) || !(plane.faces || plane.gap < 0)) continue;
+        near.normal = plane.normal;
+        near.gap = plane.gap;
+        touches.push_back(near);
+      }
+    }
   }
 
   // Adds the further faces of a mesh that the samples among the touches from `begin` on touch, see
@@ -200,7 +274,7 @@ class Finder {
     const Pose in_host = in_host_of(bodies_.rigid, pair);
     const std::size_t end = chunk.touches.size();
     for (std::size_t i = begin; i < end; ++i)
-      if (!chunk.touches[i].feature.is_support())
+      if (chunk.touches[i].feature.kind == FeatureId::Kind::point)
         find_faces_around_sample(host, guest, in_host, margin, i, chunk.touches, chunk.planes);
   }
 

@@ -39,6 +39,13 @@ ShapeSupportPoint in_space_of(const RigidProperties& host, const Pose& host_pose
   const Pose in_host = in_space_of(host_pose, guest_pose);
   if (feature.is_support()) return support_point(guest.shape, feature.index, in_host, host.shape);
   const auto i = as_index(feature.index);
+  const auto vertex = [&](int v) -> ShapeSupportPoint {
+    return {in_host.to_world(guest.round->vertices[as_index(v)]),
+            in_host.to_world(guest.round->inside[as_index(v)])};
+  };
+  if (feature.kind == FeatureId::Kind::vertex) return vertex(feature.index);
+  if (feature.kind == FeatureId::Kind::round)
+    return vertex(lowest_vertex(*guest.round, guest.on_round[i].patch, in_host, host.shape).vertex);
   return {in_host.to_world(guest.samples[i]), in_host.to_world(guest.inside[i])};
 }
 
@@ -353,6 +360,16 @@ double delayed_gap(const Bodies& bodies, const ContactPoint& contact) {
   const RigidState &host = bodies.rigid.state[as_index(contact.host)],
                    &guest = bodies.rigid.state[as_index(contact.guest_rigid)];
   return contact.gap + contact.normal.dot(guest.delay - host.delay);
+}
+
+Vec3 place_on_guest(const RigidBodies& rigid, const ContactPoint& contact) {
+  const auto guest = as_index(contact.guest_rigid);
+  return shape_pose(rigid, guest).to_body(rigid.state[guest].pose.position + contact.guest_arm);
+}
+
+bool are_two_vertices(const Vec3& a, const Vec3& b) {
+  constexpr double same_vertex = 1e-9;  // distance by rounding, relative to that from the origin
+  return (a - b).norm() > same_vertex * (a.norm() + b.norm());
 }
 
 double gap_now(const Bodies& bodies, const ContactPoint& contact) { return touch(bodies, contact).gap; }

@@ -71,8 +71,17 @@ struct ContactPoint {
   bool is_on_edge() const { return !edge.normal.isZero(0); }
   /// Returns whether a sample of a rigid guest, or a surface point of a deformable one, touches the nearest
   /// surface of the host.
-  bool is_sample() const { return !feature.is_support() && !is_on_edge(); }
+  bool is_sample() const { return !feature.follows() && !is_on_edge(); }
 };
+
+/// Returns whether the contact is that of the lowest vertex of a patch of a rigid guest's round surface.
+inline bool is_on_round_surface(const ContactPoint& contact) {
+  return contact.is_rigid_pair() && contact.feature.kind == FeatureId::Kind::round;
+}
+/// Returns the place of a contact in the shape space of its rigid guest, m.
+Vec3 place_on_guest(const RigidBodies& rigid, const ContactPoint& contact);
+/// Returns whether two places on a round surface (m, shape space) are those of two vertices.
+bool are_two_vertices(const Vec3& a, const Vec3& b);
 
 /// The contacts between two bodies: a range of ContactSet::points.
 struct ContactPair {

@@ -16,7 +16,9 @@ struct FeatureId {
     edge,   ///< Edge contact, next to FeatureEdges::nodes[index] of a rigid guest, on Bodies::edges[index]
             ///< of a deformable one.
     point_on_plane,  ///< Sample `index` of a rigid guest against plane `sub` of several that it touches.
-    in_face          ///< In a face of deformable body `sub`, where feature `index` of the host touches it.
+    in_face,         ///< In a face of deformable body `sub`, where feature `index` of the host touches it.
+    round,           ///< Lowest vertex of a rigid guest's RoundSurface on the way down from sample `index`.
+    vertex           ///< RoundSurface::vertices[index] of a rigid guest.
   };
   Kind kind = Kind::none;  ///< What kind of place it is.
   int index = -1;          ///< Number of the feature.
@@ -30,6 +32,8 @@ struct FeatureId {
   /// Names the edge contact next to node `i` of a rigid guest's feature edges, or on edge `i` of Bodies.
   static FeatureId edge(int i) { return {Kind::edge, i, -1}; }
 
+  /// Returns whether it names a place that goes along the surface of its body, as this one turns.
+  bool follows() const { return kind == Kind::support || kind == Kind::round; }
   /// Returns whether it names a support point.
   bool is_support() const { return kind == Kind::support; }
   /// Returns whether a rigid guest touches there with ContactPoint::edge, whose plane stays for the step: at

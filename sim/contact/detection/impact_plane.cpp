@@ -176,7 +176,9 @@ void put_at_point(const Bodies& bodies, const Path& path, const Meeting& meeting
   contact.host_arm = bodies.rigid.properties[as_index(contact.guest_rigid)].is_dynamic()
                          ? Vec3(g.pose.position + contact.guest_arm - h.pose.position)
                          : Vec3(meeting.touch.position - path.body_pose(contact.host, meeting.time).position);
-  contact.gap = std::max(meeting.touch.gap, 0.0) -
+  // At the end of the step the gap keeps its sign: at zero, rounding would decide between an impact and none.
+  const double least = meeting.time < 1 ? 0 : -depth;
+  contact.gap = std::max(meeting.touch.gap, least) -
                 meeting.time * dt * contact.normal.dot(path.relative_velocity(contact));
   contact.meets_ahead = true;
   contact.is_level_ahead = std::abs(contact.gap) <= depth;
@@ -199,7 +201,7 @@ bool meets_from_outside(const Bodies& bodies, const Path& path, const Meeting& m
   constexpr double probe = 0.01;        // e, relative to the guest's smallest size
   constexpr double min_distance = 0.8;  // relative to e: smooth meshes with flat faces reach 0.9
   const bool is_on_axis = contact.is_on_edge() && contact.edge.radius > 0;
-  if (contact.feature.is_support() || is_on_axis) return true;
+  if (contact.feature.follows() || is_on_axis) return true;
   const LevelSet& guest = bodies.rigid.properties[as_index(contact.guest_rigid)].shape;
   const double e = probe * guest.min_size();
   const Vec3 x = meeting.touch.position - e * meeting.touch.normal;

@@ -171,11 +171,13 @@ void remove_hidden_samples(Bodies& bodies) {
       if (!stays(pose.to_world(properties.samples[i]))) continue;
       properties.samples[kept] = properties.samples[i];
       properties.on_flat[kept] = properties.on_flat[i];
+      if (properties.round) properties.on_round[kept] = properties.on_round[i];
       properties.inside[kept++] = properties.inside[i];
     }
     properties.samples.resize(kept);
     properties.inside.resize(kept);
     properties.on_flat.resize(kept);
+    if (properties.round) properties.on_round.resize(kept);
     keep_nodes(exposed_nodes(bodies, body, stays), properties.feature_edges);
   }
 }

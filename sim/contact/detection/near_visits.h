@@ -72,11 +72,45 @@ struct PosedHost {
   bool is_near(const Vec3& y) const {
     return (y.array() >= lower.array()).all() && (y.array() <= upper.array()).all();
   }
+  /// Returns whether a ball about `y` (m, shape space) with radius `reach` (m) meets that box.
+  bool is_near(const Vec3& y, double reach) const {
+    return (y.array() >= lower.array() - reach).all() && (y.array() <= upper.array() + reach).all();
+  }
 };
 
+/// Calls visit(near, inside) for the lowest vertices of the guest's round patches whose distance from the
+/// host is less than `margin` (m), and for vertices that are level with one of them. `in_host` is the pose of
+/// the guest in the host's shape space.
+template <class Visit>
+void visit_patches(const RigidProperties& guest, const Pose& in_host, const PosedHost& host, double margin,
+                   Visit&& visit) {
+  const RoundSurface& round = *guest.round;
+  const auto tell = [&](FeatureId feature, const RoundPlace& place) {
+    visit(
+        NearPoint{
+            .feature = feature, .position = place.position, .gap = place.distance, .vertex = place.vertex},
+        in_host.to_world(round.inside[as_index(place.vertex)]));
+  };
+  for (std::size_t i = 0; i < guest.samples.size(); ++i) {
+    const int start = guest.on_round[i].patch;
+    if (start < 0) continue;
+    const double reach = round.reach[as_index(start)];
+    const Vec3 y = in_host.to_world(round.vertices[as_index(start)]);
+    if (!host.is_near(y, reach) || !(host.shape.distance(y) < margin + reach)) continue;
+    const RoundPlace lowest = lowest_vertex(round, start, in_host, host.shape);
+    if (round.patch[as_index(lowest.vertex)] != start || !(lowest.distance < margin)) continue;
+    tell({FeatureId::Kind::round, static_cast<int>(i), -1}, lowest);
+    visit_level_vertices(round, lowest, in_host, host.shape, [&](const RoundPlace& place) {
+      if (place.distance < margin) tell({FeatureId::Kind::vertex, place.vertex, -1}, place);
+    });
+  }
+}
+
 /// Calls visit(near, inside) for the support points and the samples of the pair's rigid guest whose distance
-/// from the host is less than `margin` (m). `near` is a NearPoint with number, position and gap; `inside` (m,
-/// host's shape space) is a point of the guest some way in from it.
+/// from the host is less than `margin` (m). Samples inside of edges and faces of round parts are left out
+/// where they are not level with the lowest vertex: those are reached only as the body lies on a facet.
+/// `near` is a NearPoint with number, position and gap; `inside` (m, host's shape space) is a point of the
+/// guest some way in from it.
 template <class Visit>
 void visit_near(const RigidBodies& rigid, const BodyPair& pair, double margin, Visit&& visit) {
   const PosedHost host(shape_pose(rigid, as_index(pair.host)), rigid.properties[as_index(pair.host)], margin);
@@ -99,14 +133,21 @@ void visit_near(const RigidBodies& rigid, const BodyPair& pair, double margin, V
   const bool rolls = rolls_over_samples(host.shape);
   const Mat3 rotation = host.to_shape * pose.orientation.toRotationMatrix();
   const Eigen::AlignedBox3d region = host.region(rotation, offset);
+  const bool has_patches = guest.round && !rolls;
+  if (has_patches) visit_patches(guest, in_host, host, margin, visit);
   for (std::size_t i = 0; i < guest.samples.size(); ++i) {
     if (!region.contains(guest.samples[i]) || (rolls && guest.on_flat[i] != 0)) continue;
+    if (has_patches && guest.on_round[i].patch >= 0) continue;
     const Vec3 y = rotation * guest.samples[i] + offset;
     if (!host.is_near(y) || is_beside_side(host.shape, y)) continue;
     const double gap = host.shape.distance(y);
-    if (gap < margin)
-      visit(NearPoint{.feature = FeatureId::point(static_cast<int>(i)), .position = y, .gap = gap},
-            rotation * guest.inside[i] + offset);
+    if (!(gap < margin)) continue;
+    if (has_patches && guest.on_round[i].corner >= 0) {
+      const RoundPlace lowest = lowest_vertex(*guest.round, guest.on_round[i].corner, in_host, host.shape);
+      if (gap - lowest.distance > level_slope * (y - lowest.position).norm()) continue;
+    }
+    visit(NearPoint{.feature = FeatureId::point(static_cast<int>(i)), .position = y, .gap = gap},
+          rotation * guest.inside[i] + offset);
   }
 }
 

@@ -134,8 +134,11 @@ bool is_left_to_ball(const LevelSet& host, const LevelSet& guest) {
 
 bool is_beside_side(const LevelSet& host, const Vec3& x) {
   if (host.kind != LevelSet::Kind::cylinder) return false;
-  const double beyond_end = std::abs(x.y()) - host.half_length;
-  return beyond_end <= 0 && math::hypot(x.x(), x.z()) - host.radius >= beyond_end;
+  // At the rim the end counts, so that rounding does not decide for points that lie on it.
+  constexpr double at_rim = 1e-4;  // distance from the rim, relative to the radius
+  const double beyond_end = std::abs(x.y()) - host.half_length, out = math::hypot(x.x(), x.z()) - host.radius;
+  const double rim = at_rim * host.radius;
+  return beyond_end <= 0 && out >= beyond_end && (beyond_end < -rim || out > rim);
 }
 
 int support_point_count(const LevelSet& shape) {

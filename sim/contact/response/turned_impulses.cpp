@@ -43,7 +43,8 @@ void note_frames(const ContactGraph& graph, const Bodies& bodies, const ContactS
         const ContactPoint& contact = contacts.points[as_index(i)];
         if (contact.meets_ahead) continue;
         ContactFrame& frame = frames[as_index(i)];
-        frame = {{}, contact.normal, contact.host_arm, contact.guest_arm, contact.impulse};
+        frame = {{}, contact.normal, contact.host_arm, contact.guest_arm, contact.impulse, {}};
+        if (is_on_round_surface(contact)) frame.on_guest = place_on_guest(bodies.rigid, contact);
         if (!contact.is_rigid_pair()) frame.place = surface_point(bodies, contact);
       }
     }
@@ -58,7 +59,9 @@ void act_at_start(std::vector<ContactFrame>& frames, ContactGraph& graph, Bodies
       ContactFrame& first = frames[as_index(i)];
       ContactPoint& contact = contacts.points[as_index(i)];
       if (first.impulse.isZero(0)) continue;
-      if (!pair.active || contact.meets_ahead || first.normal.dot(contact.normal) < min_agreement_of_frames) {
+      if (!pair.active || contact.meets_ahead || first.normal.dot(contact.normal) < min_agreement_of_frames ||
+          (is_on_round_surface(contact) &&
+           are_two_vertices(place_on_guest(bodies.rigid, contact), first.on_guest))) {
         first.impulse.setZero();
         continue;
       }

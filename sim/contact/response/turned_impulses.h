@@ -27,7 +27,8 @@ struct ContactFrame {
   Vec3 normal = Vec3::UnitY(),   ///< Unit: outward normal of the host.
       host_arm = Vec3::Zero(),   ///< m: from the host's center of mass to the contact.
       guest_arm = Vec3::Zero(),  ///< m: from a rigid guest's center of mass to the contact.
-      impulse = Vec3::Zero();    ///< N s: impulse on the guest; zero if it stays at the end of the step.
+      impulse = Vec3::Zero(),    ///< N s: impulse on the guest; zero if it stays at the end of the step.
+      on_guest = Vec3::Zero();   ///< m, shape space of a rigid guest: the place, for those on round surfaces.
 };
 
 /// Sets `frames` to the frames of all contacts now, with the impulses of active pairs. Impulses against
@@ -39,7 +40,8 @@ void note_frames(const ContactGraph& graph, const Bodies& bodies, const ContactS
 /// changes the velocities by the difference.
 ///
 /// Sets the impulses in `frames` to zero that stay as they are: those of inactive pairs, and of contacts that
-/// have turned by more than 26 degrees, because their normals are those of another side.
+/// have turned by more than 26 degrees, because their normals are those of another side, and of the round
+/// surfaces of meshes that touch with another vertex now: that vertex has struck in the step.
 void act_at_start(std::vector<ContactFrame>& frames, ContactGraph& graph, Bodies& bodies,
                   ContactSet& contacts);
 

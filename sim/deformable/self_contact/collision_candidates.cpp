@@ -7,6 +7,7 @@
 
 #include "sim/base/assert.h"
 #include "sim/base/parallel.h"
+#include "sim/deformable/self_contact/initial_proximity.h"
 
 namespace duet {
 namespace {
@@ -27,9 +28,6 @@ constexpr std::int64_t searches_of_tree = 8;
 // If the elements whose pairs must be searched for again are fewer than 1/`few` of all, they get a tree of
 // their own.
 constexpr std::size_t few = 8;
-// Distance at time 0, relative to h, below which parts of a body do not repel each other (Bridson et al.
-// 2002, section 6.1).
-constexpr double initial_proximity = 1.5;
 
 Box grown(const Box& box, double margin) {
   return {box.min() - Vec3::Constant(margin), box.max() + Vec3::Constant(margin)};
@@ -101,13 +99,6 @@ CandidatePair candidate(const CollisionSurface& surface, std::size_t first, std:
   pair.thickness = (a.thickness + b.thickness) / 2;
   pair.friction = std::min(a.friction, b.friction);
   return pair;
-}
-
-// Returns whether repulsions keep the pair apart, see CandidatePair::repels.
-bool repels(const CandidatePair& pair, const Bodies& bodies, const CollisionSurface& surface) {
-  return bodies.first != bodies.second ||
-         closest_points(pair.kind, corners(pair.particle, surface.initial)).difference.norm() >=
-             initial_proximity * pair.thickness;
 }
 
 // Returns a lower bound on the distance of the two elements, m: that of their boxes if it exceeds twice the
@@ -396,9 +387,15 @@ void CollisionCandidates::wake(const CollisionSurface& surface, const std::vecto
   const double range = repulsion_range * pair.thickness, way = a.before + b.before;
   kept.until = way + min_distance(pair, start, range) - range - rounding * (range + way);
   if (a.including + b.including < kept.until) return;
-  if (!kept.is_examined) kept.repels = repels(pair, bodies_of(surface, first, second), surface);
+  if (!kept.is_examined) {
+    const Bodies bodies = bodies_of(surface, first, second);
+    const InitialProximity at_first = initial_proximity(pair, bodies.first == bodies.second, surface);
+    kept.repels = at_first != InitialProximity::belonging;
+    kept.was_near = at_first == InitialProximity::lying;
+  }
   kept.is_examined = true;
   pair.repels = kept.repels;
+  if (kept.was_near) pair.thickness = std::min(pair.thickness, initial_distance(pair, surface));
   near.push_back(pair);
 }
 

@@ -16,10 +16,12 @@ namespace duet {
 struct CandidatePair {
   ElementPair kind = ElementPair::point_triangle;  ///< point and triangle, or edge and edge
   std::array<int, 4> particle{};  ///< the particles of the first element, then those of the second
-  double thickness = 0;           ///< m, the distance h that the pair keeps: mean of the bodies' thicknesses
-  double friction = 0;            ///< Coulomb coefficient, the smaller one of the two bodies
-  /// whether repulsions keep the elements h apart; false for parts of one body that were nearer than 1.5 h at
-  /// time 0 and so belong near each other (Bridson et al. 2002, section 6.1)
+  /// m, the distance h that the pair keeps: mean of the bodies' thicknesses, or the distance at time 0 of
+  /// parts of one body that lay nearer to each other than that, see initial_proximity()
+  double thickness = 0;
+  double friction = 0;  ///< Coulomb coefficient, the smaller one of the two bodies
+  /// whether repulsions keep the elements h apart; false for parts of one body that belong near each other,
+  /// see initial_proximity()
   bool repels = true;
 };
 
@@ -79,8 +81,9 @@ class CollisionCandidates {
   struct Kept {
     double until = 0;  // m, sum of the elements' travels up to which the pair cannot come near
     int second = 0;    // number of the second element, larger than that of the first
-    // `repels` is that of CandidatePair; it is known (`is_examined`) once the pair has been near.
-    bool is_examined = false, repels = true;
+    // `repels` is that of CandidatePair, and `was_near` tells whether its thickness is the distance at time
+    // 0. Both are known (`is_examined`) once the pair has been near.
+    bool is_examined = false, repels = true, was_near = false;
   };
   // Range of kept_ with the pairs of one first element, in ascending order of the second.
   struct Row {

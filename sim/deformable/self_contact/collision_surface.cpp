@@ -40,6 +40,11 @@ void CollisionSurface::add(const CollisionBody& body, std::span<const Triangle> 
   point_body.resize(points.size(), index);
 }
 
+void CollisionSurface::finish(const std::vector<Vec3>& x) {
+  initial = x;
+  edges_around = elements_around(x.size(), edges, [](const std::array<int, 2>& edge) { return edge; });
+}
+
 double shortest_edge(const std::vector<Vec3>& x, std::span<const Triangle> surface,
                      std::span<const std::array<int, 2>> segments) {
   double shortest = 0;

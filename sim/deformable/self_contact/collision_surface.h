@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "sim/geometry/mesh/elements_around.h"
 #include "sim/geometry/mesh/tet_mesh.h"
 
 namespace duet {
@@ -25,10 +26,14 @@ struct CollisionSurface {
       edge_body,                           ///< by edge: index into `bodies`
       triangle_body;                       ///< by triangle: index into `bodies`
   std::vector<Vec3> initial;               ///< m, positions of all particles at time 0
+  ElementLists edges_around;               ///< by particle: numbers of its edges
 
   /// Adds a body: its triangles, their edges and the `segments` of curves, and the particles of all of these.
   void add(const CollisionBody& body, std::span<const Triangle> surface,
            std::span<const std::array<int, 2>> segments);
+  /// Sets `initial` and `edges_around`, after all bodies have been added. `x` (m) are the positions of all
+  /// particles at time 0.
+  void finish(const std::vector<Vec3>& x);
 };
 
 /// Returns the length of the shortest edge of the triangles and segments at the positions `x`, m; 0 without

@@ -115,11 +115,12 @@ struct Candidate {
   Vec3 normal;  // unit; zero if the normals of the faces cancel
   // 1 - cosine of the largest angle between the normals of the faces that meet there.
   double sharpness = 0;
+  std::array<int, 3> corner{-1, -1, -1};  // MeshSample::corner
 };
 
 // Keeps the first of every group of candidates that are closer together than `distance` and face the same
 // way. The two sides of a thin plate face different ways and keep their own samples.
-std::vector<Vec3> thinned(const std::vector<Candidate>& candidates, double distance) {
+std::vector<MeshSample> thinned(const std::vector<Candidate>& candidates, double distance) {
   // Cosine of 45 degrees.
   constexpr double same_way = 0.7;
   using Bin = std::array<std::int64_t, 3>;
@@ -142,11 +143,11 @@ std::vector<Vec3> thinned(const std::vector<Candidate>& candidates, double dista
     }
     return false;
   };
-  std::vector<Vec3> kept;
+  std::vector<MeshSample> kept;
   for (const Candidate& candidate : candidates) {
     if (is_covered(candidate)) continue;
     cells[cell_of(candidate.position)].push_back(&candidate);
-    kept.push_back(candidate.position);
+    kept.push_back({candidate.position, candidate.corner});
   }
   return kept;
 }
@@ -156,9 +157,10 @@ void sort_by_sharpness(std::vector<Candidate>& candidates) {
                    [](const Candidate& a, const Candidate& b) { return a.sharpness > b.sharpness; });
 }
 
-// Returns a candidate at a place where faces with these normals meet.
-Candidate candidate(const Vec3& position, const std::vector<Vec3>& face_normals) {
-  Candidate result{position, Vec3::Zero()};
+// Returns a candidate at a place where faces with these normals meet. `corner` is MeshSample::corner.
+Candidate candidate(const Vec3& position, const std::vector<Vec3>& face_normals,
+                    const std::array<int, 3>& corner) {
+  Candidate result{position, Vec3::Zero(), 0, corner};
   for (const Vec3& normal : face_normals) {
     result.normal += normal;
     for (const Vec3& other : face_normals)
@@ -176,8 +178,8 @@ void add_face_points(const TriangleMesh& mesh, std::size_t t, const Vec3& normal
   const int n = intervals(std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()}), spacing);
   for (int i = 1; i < n; ++i)
     for (int j = 1; i + j < n; ++j)
-      candidates.push_back(
-          {a + static_cast<double>(i) / n * (b - a) + static_cast<double>(j) / n * (c - a), normal});
+      candidates.push_back({a + static_cast<double>(i) / n * (b - a) + static_cast<double>(j) / n * (c - a),
+                            normal, 0, mesh.triangles[t]});
 }
 
 // The faces at an edge.
@@ -248,6 +250,12 @@ std::vector<Vec3> surface_samples(const LevelSet& shape, double spacing) {
 }
 
 std::vector<Vec3> surface_samples(const TriangleMesh& mesh, double spacing) {
+  std::vector<Vec3> samples;
+  for (const MeshSample& sample : mesh_samples(mesh, spacing)) samples.push_back(sample.position);
+  return samples;
+}
+
+std::vector<MeshSample> mesh_samples(const TriangleMesh& mesh, double spacing) {
   DUET_ASSERT(spacing > 0);
   std::vector<std::vector<Vec3>> at_vertex(mesh.positions.size());
   std::vector<char> in_crease(mesh.positions.size(), 0);
@@ -275,10 +283,12 @@ std::vector<Vec3> surface_samples(const TriangleMesh& mesh, double spacing) {
     }
     const int n = intervals((b - a).norm(), spacing);
     for (int i = 1; i < n; ++i)
-      edges.push_back(candidate(a + static_cast<double>(i) / n * (b - a), sides.normals));
+      edges.push_back(
+          candidate(a + static_cast<double>(i) / n * (b - a), sides.normals, {edge.first, edge.second, -1}));
   }
   for (std::size_t v = 0; v < mesh.positions.size(); ++v)
-    if (in_crease[v] == 0) candidates.push_back(candidate(mesh.positions[v], at_vertex[v]));
+    if (in_crease[v] == 0)
+      candidates.push_back(candidate(mesh.positions[v], at_vertex[v], {static_cast<int>(v), -1, -1}));
   sort_by_sharpness(candidates);
   sort_by_sharpness(edges);
   candidates.insert(candidates.end(), edges.begin(), edges.end());

@@ -1,6 +1,7 @@
 // Sample points on the surface of a rigid body, which are tested against the level sets of other bodies.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "sim/geometry/level_set/level_set.h"
@@ -32,6 +33,15 @@ std::vector<Vec3> surface_samples(const LevelSet& shape, double spacing);
 /// spacings or less and face the same way, the first one is kept. No point of the surface is farther than
 /// `spacing` (m) from a sample, except beside sharp edges that go inward, which have no samples of their own.
 std::vector<Vec3> surface_samples(const TriangleMesh& mesh, double spacing);
+
+/// A sample of a mesh.
+struct MeshSample {
+  Vec3 position;                          ///< m.
+  std::array<int, 3> corner{-1, -1, -1};  ///< Vertices of the mesh: itself, the ends of its edge, or the
+                                          ///< corners of its face; -1 after the last.
+};
+/// Returns the samples of surface_samples(), and where on the mesh they are.
+std::vector<MeshSample> mesh_samples(const TriangleMesh& mesh, double spacing);
 
 /// Returns for each sample whether the surface is flat around it, so that it lies in a face and not on an
 /// edge or a bend.

@@ -1,5 +1,7 @@
 #include "sim/geometry/level_set/solid.h"
 
+#include <utility>
+
 #include "sim/base/assert.h"
 #include "sim/geometry/level_set/grid_level_set.h"
 #include "sim/geometry/level_set/shape_mesh.h"
@@ -31,10 +33,16 @@ Solid make_solid(const TriangleMesh& mesh, double scale, int cells, std::optiona
   solid.unit_inertia = mass.unit_inertia;
   solid.frame = mass.frame;
   const double spacing = sample_spacing.value_or(default_sample_spacing(mass.volume));
-  solid.samples = surface_samples(body, spacing);
+  const std::vector<MeshSample> samples = mesh_samples(body, spacing);
+  for (const MeshSample& sample : samples) solid.samples.push_back(sample.position);
   solid.inside = points_inside(solid.level_set, solid.samples);
   solid.on_flat = on_flat_faces(solid.level_set, solid.samples);
   solid.feature_edges = find_feature_edges(body, solid.level_set, solid.samples, solid.inside, spacing);
+  RoundSurface round = find_round_surface(body, samples);
+  if (!round.vertices.empty()) {
+    round.inside = points_inside(solid.level_set, round.vertices);
+    solid.round = std::make_shared<const RoundSurface>(std::move(round));
+  }
   solid.surface = mesh_surface(body);
   return solid;
 }

@@ -2,11 +2,13 @@
 // of mass, and the axes are principal axes.
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "sim/geometry/level_set/feature_edges.h"
 #include "sim/geometry/level_set/level_set.h"
+#include "sim/geometry/level_set/round_surface.h"
 #include "sim/geometry/mesh/surface.h"
 #include "sim/geometry/mesh/triangle_mesh.h"
 
@@ -23,7 +25,8 @@ struct Solid {
   std::vector<Vec3> inside;    ///< A point inside the body for each sample, see points_inside(), m.
   std::vector<char> on_flat;   ///< Nonzero for samples in flat faces, see on_flat_faces().
   FeatureEdges feature_edges;  ///< Feature edges, corners and convex vertices.
-  Surface surface;             ///< The surface as it is drawn.
+  std::shared_ptr<const RoundSurface> round;  ///< Round parts of a mesh; null: there are none.
+  Surface surface;                            ///< The surface as it is drawn.
 };
 
 /// Returns the solid of a shape with a formula. `sample_spacing` is in m and is by default that of

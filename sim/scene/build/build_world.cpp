@@ -49,6 +49,8 @@ void add_rigid(RigidBodies& rigid, const std::string& name, const Solid& solid, 
   properties.inside = solid.inside;
   properties.on_flat = solid.on_flat;
   properties.feature_edges = solid.feature_edges;
+  properties.round = solid.round;
+  if (solid.round) properties.on_round = solid.round->at_sample;
   properties.friction = surface.friction;
   properties.restitution = surface.restitution;
   properties.rolling_friction = surface.rolling_friction;
@@ -203,7 +205,7 @@ CollisionSurface collision_surface(const Scene& scene, const Bodies& bodies) {
     surface.add({collides_with_itself(description), thickness, description.collision_friction}, triangles,
                 segments);
   }
-  surface.initial = bodies.particles.x;
+  surface.finish(bodies.particles.x);
   return surface;
 }
 

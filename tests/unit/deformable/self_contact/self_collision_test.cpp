@@ -87,7 +87,7 @@ struct Drop {
   Drop() {
     surface.add({false, thickness, 0}, std::vector<Triangle>{{1, 2, 3}}, {});
     surface.add({false, thickness, 0}, std::vector<Triangle>{{0, 4, 5}}, {});
-    surface.initial = start;
+    surface.finish(start);
   }
   SelfCollision::Outcome resolve(std::vector<Vec3>& end) const {
     CollisionCandidates candidates;

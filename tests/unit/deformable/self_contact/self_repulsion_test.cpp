@@ -191,7 +191,7 @@ void add_triangle(Sheets& sheets, double friction, const Vec3& a, const Vec3& b,
   sheets.inverse_mass.resize(sheets.x.size(), 1);
   const std::vector<Triangle> triangles{{first, first + 1, first + 2}};
   sheets.surface.add({true, thickness, friction}, triangles, {});
-  sheets.surface.initial = sheets.x;
+  sheets.surface.finish(sheets.x);
 }
 
 // The two impulses of friction act on two surfaces at a distance from each other. To keep the angular
