@@ -97,10 +97,10 @@ void visit_patches(const RigidProperties& guest, const Pose& in_host, const Pose
     const double reach = round.reach[as_index(start)];
     const Vec3 y = in_host.to_world(round.vertices[as_index(start)]);
     if (!host.is_near(y, reach) || !(host.shape.distance(y) < margin + reach)) continue;
-    const RoundPlace lowest = lowest_vertex(round, start, in_host, host.shape);
-    if (round.patch[as_index(lowest.vertex)] != start || !(lowest.distance < margin)) continue;
-    tell({FeatureId::Kind::round, static_cast<int>(i), -1}, lowest);
-    visit_level_vertices(round, lowest, in_host, host.shape, [&](const RoundPlace& place) {
+    const std::optional<RoundPlace> lowest = lowest_in_patch(round, start, in_host, host.shape);
+    if (!lowest || !(lowest->distance < margin)) continue;
+    tell({FeatureId::Kind::round, static_cast<int>(i), -1}, *lowest);
+    visit_level_vertices(round, *lowest, in_host, host.shape, [&](const RoundPlace& place) {
       if (place.distance < margin) tell({FeatureId::Kind::vertex, place.vertex, -1}, place);
     });
   }

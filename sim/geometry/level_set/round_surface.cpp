@@ -106,7 +106,13 @@ RoundSurface find_round_surface(const TriangleMesh& mesh, const std::vector<Mesh
   return surface;
 }
 
-RoundPlace lowest_vertex(const RoundSurface& surface, int start, const Pose& pose, const LevelSet& host) {
+namespace {
+
+// Follows the way down from `start` while stays(vertex) holds for the vertices on it. Returns nothing if it
+// does not hold for one of them.
+template <class Stays>
+std::optional<RoundPlace> way_down(const RoundSurface& surface, int start, const Pose& pose,
+                                   const LevelSet& host, Stays&& stays) {
   constexpr double level = 1e-4;  // slope; it keeps rounding from deciding between corners of a level facet
   const Mat3 rotation = pose.orientation.toRotationMatrix();
   const auto place_of = [&](int v) {
@@ -125,11 +131,24 @@ RoundPlace lowest_vertex(const RoundSurface& surface, int start, const Pose& pos
         best = other;
     }
     if (best.vertex == lowest.vertex) break;
+    if (!stays(best.vertex)) return {};
     lowest = best;
   }
   lowest.position = pose.to_world(surface.vertices[as_index(lowest.vertex)]);
   lowest.distance = host.distance(lowest.position);
   return lowest;
+}
+
+}  // namespace
+
+RoundPlace lowest_vertex(const RoundSurface& surface, int start, const Pose& pose, const LevelSet& host) {
+  return *way_down(surface, start, pose, host, [](int) { return true; });
+}
+
+std::optional<RoundPlace> lowest_in_patch(const RoundSurface& surface, int start, const Pose& pose,
+                                          const LevelSet& host) {
+  return way_down(surface, start, pose, host,
+                  [&](int vertex) { return surface.patch[as_index(vertex)] == start; });
 }
 
 }  // namespace duet

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "sim/geometry/level_set/level_set.h"
@@ -51,6 +52,11 @@ struct RoundPlace {
 /// each vertex, with the surface at `pose` in the host's shape space. Edges that fall by less than a
 /// ten-thousandth of their length count as level, and end the way.
 RoundPlace lowest_vertex(const RoundSurface& surface, int start, const Pose& pose, const LevelSet& host);
+
+/// Returns the lowest vertex as lowest_vertex() does, for a way that begins at the vertex `start` of a patch,
+/// or nothing if the way leaves that patch.
+std::optional<RoundPlace> lowest_in_patch(const RoundSurface& surface, int start, const Pose& pose,
+                                          const LevelSet& host);
 
 /// Greatest slope of what is level with a vertex. With larger values a body that rolls touches ahead of
 /// itself.

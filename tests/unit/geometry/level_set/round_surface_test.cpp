@@ -82,9 +82,14 @@ TEST(RoundSurface, TheWayDownEndsAtTheLowestVertex) {
   for (int i = 0; i < 50; ++i) {
     const Pose pose{test::random_vector(random), test::random_rotation(random)};
     const double lowest = pose.to_world(round.vertices[as_index(lowest_of_all(round, pose))]).y();
-    for (const int start : {0, 100, 500, static_cast<int>(round.vertices.size()) - 1}) {
+    for (const RoundSample& sample : round.at_sample) {
+      const int start = sample.patch;
+      if (start < 0) continue;
       const RoundPlace place = lowest_vertex(round, start, pose, ground);
       EXPECT_LT(place.distance - lowest, 1e-4 * 2);
+      const std::optional<RoundPlace> in_patch = lowest_in_patch(round, start, pose, ground);
+      EXPECT_EQ(in_patch.has_value(), round.patch[as_index(place.vertex)] == start);
+      EXPECT_EQ(in_patch.value_or(place).vertex, place.vertex);
       EXPECT_EQ(place.distance, pose.to_world(round.vertices[as_index(place.vertex)]).y());
     }
   }
