@@ -45,6 +45,18 @@ TEST(ImpactPlane, IsTheTopThatABallRollsOnto) {
   EXPECT_NEAR(contact.gap, 0, 1e-12);
 }
 
+// A ball that ends the step a little above or below the top has that gap there, also if it is within what
+// counts as level: at zero, rounding would decide whether it strikes in this step.
+TEST(ImpactPlane, KeepsTheGapAtTheEndOfTheStep) {
+  for (const double end : {-5e-5, -1e-9, 0.0, 1e-9, 5e-5}) {
+    const scene::Scene scene = ball_beside_box(Vec3(10, end / 0.1, 0), 0.5);
+    test::ContactScene contacts(scene, 0.1);
+    const ContactPoint contact = ahead(scene, 0.1);
+    ASSERT_TRUE(contact.meets_ahead);
+    EXPECT_NEAR(touch_ahead(contacts.bodies, contact, 0.1, Vec3::Zero()).gap, end, 1e-12);
+  }
+}
+
 // The ball, whose center is at the height h = 0.3 m, meets the edge of the box with its normal along the line
 // from the edge to its center: (-d, h) / 0.5 with d^2 + h^2 = 0.5^2.
 TEST(ImpactPlane, IsTheOneAtTheEdgeThatABallHits) {
