@@ -362,16 +362,6 @@ double delayed_gap(const Bodies& bodies, const ContactPoint& contact) {
   return contact.gap + contact.normal.dot(guest.delay - host.delay);
 }
 
-Vec3 place_on_guest(const RigidBodies& rigid, const ContactPoint& contact) {
-  const auto guest = as_index(contact.guest_rigid);
-  return shape_pose(rigid, guest).to_body(rigid.state[guest].pose.position + contact.guest_arm);
-}
-
-bool are_two_vertices(const Vec3& a, const Vec3& b) {
-  constexpr double same_vertex = 1e-9;  // distance by rounding, relative to that from the origin
-  return (a - b).norm() > same_vertex * (a.norm() + b.norm());
-}
-
 double gap_now(const Bodies& bodies, const ContactPoint& contact) { return touch(bodies, contact).gap; }
 
 namespace {

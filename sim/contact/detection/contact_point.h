@@ -78,10 +78,6 @@ struct ContactPoint {
 inline bool is_on_round_surface(const ContactPoint& contact) {
   return contact.is_rigid_pair() && contact.feature.kind == FeatureId::Kind::round;
 }
-/// Returns the place of a contact in the shape space of its rigid guest, m.
-Vec3 place_on_guest(const RigidBodies& rigid, const ContactPoint& contact);
-/// Returns whether two places on a round surface (m, shape space) are those of two vertices.
-bool are_two_vertices(const Vec3& a, const Vec3& b);
 
 /// The contacts between two bodies: a range of ContactSet::points.
 struct ContactPair {

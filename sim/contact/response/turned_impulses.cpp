@@ -14,6 +14,18 @@ Vec3 turned_with(const Vec3& from, const Vec3& to, const Vec3& v) {
   return v + sideways + w.cross(sideways) / (1 + from.dot(to));
 }
 
+// Returns the place of a contact in the shape space of its rigid guest, m.
+Vec3 place_on_guest(const RigidBodies& rigid, const ContactPoint& contact) {
+  const auto guest = as_index(contact.guest_rigid);
+  return shape_pose(rigid, guest).to_body(rigid.state[guest].pose.position + contact.guest_arm);
+}
+
+// Returns whether two places on a round surface (m, shape space) are those of two vertices.
+bool are_two_vertices(const Vec3& a, const Vec3& b) {
+  constexpr double same_vertex = 1e-9;  // distance by rounding, relative to that from the origin
+  return (a - b).norm() > same_vertex * (a.norm() + b.norm());
+}
+
 // Adds an impulse (N s) and an angular impulse (N m s) to a rigid body.
 void add_impulses(RigidBodies& rigid, int body, const Vec3& impulse, const Vec3& angular) {
   const auto b = as_index(body);

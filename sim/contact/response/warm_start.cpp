@@ -137,15 +137,6 @@ Vec3 turning_velocity(const Bodies& bodies, const std::vector<Pose>& predicted_p
   return mean - mean.dot(n) * n;
 }
 
-// Returns whether the next step leads to another vertex of a round surface. That one will be struck in the
-// next step, and its gap there says nothing about the vertex that touches now.
-bool is_struck_later(const Bodies& bodies, const std::vector<Pose>& predicted_poses,
-                     const ContactPoint& contact, const Touch& next) {
-  return is_on_round_surface(contact) &&
-         are_two_vertices(place_on_guest(bodies.rigid, contact),
-                          predicted_poses[as_index(contact.guest_rigid)].to_body(next.position));
-}
-
 // Returns the target of a contact, m/s, by the rules of find_speculative_targets(). `culling` collects the
 // contacts of the pair.
 double target_of(const Bodies& bodies, const std::vector<Pose>& predicted_poses, double dt,
@@ -172,10 +163,7 @@ double target_of(const Bodies& bodies, const std::vector<Pose>& predicted_poses,
   if (stage == PredictionFor::velocity_in_solve && !contact.is_rigid_pair())
     return target_at_middle(contact, expected, target);
   if (stage != PredictionFor::velocity_at_end) return target;
-  const double at_end = is_struck_later(bodies, predicted_poses, contact, predicted)
-                            ? -std::max(contact.gap, 0.0) / dt
-                        : stays ? target_at_end(contact, predicted, target, dt)
-                                : target;
+  const double at_end = stays ? target_at_end(contact, predicted, target, dt) : target;
   return contact.is_rigid_pair() ? std::min(0.0, at_end) : at_end;
 }
 
