@@ -71,7 +71,9 @@ struct Solver {
   /// trapezoidal rule of the paper, which reverses strongly damped motion in every step: soft surfaces that
   /// touch chatter. 0.75 reverses a third of such motion at most.
   double damping_at = 0.75;
-  double cg_tolerance = 1e-3;    ///< Largest residual velocity of the conjugate gradients, m/s.
+  /// Largest residual velocity of the conjugate gradients, m/s. In implicit steps of scenes with deformable
+  /// bodies of a diameter L below 1 m it is multiplied by the square root of L / 1 m.
+  double cg_tolerance = 1e-3;
   int cg_iterations = 1000;      ///< Largest number of conjugate-gradient iterations of a solve.
   int collision_iterations = 5;  ///< Gauss-Seidel sweeps over the collisions of step II.
   int contact_iterations = 20;   ///< Gauss-Seidel sweeps over the contacts of steps III and V.4.

@@ -208,15 +208,7 @@ struct Simulation::Impl {
   [[noreturn]] void refuse_overlaps() const {
     std::vector<SceneProblem> problems;
     for (const InitialOverlap& overlap : parting.overlaps) {
-      SceneProblem problem;
-      problem.file = scene.path;
-      const auto locate = [&](const auto& bodies) {
-        for (const auto& body : bodies)
-          if (body.name == overlap.second)
-            std::tie(problem.line, problem.column) = std::tuple(body.at.line, body.at.column);
-      };
-      locate(scene.rigid);
-      locate(scene.deformable);
+      SceneProblem problem = problem_at(overlap.second);
       problem.key = "solver.initial_overlap";
       problem.message = describe(overlap) + " at frame 0";
       problem.hint = "move them apart, or have them parted with solver.initial_overlap = \"part\"";
@@ -225,14 +217,45 @@ struct Simulation::Impl {
     throw SceneError(std::move(problems));
   }
 
-  // Throws SimulationError if surfaces of deformable bodies intersect or all but touch at frame 0, even after
-  // the overlapping bodies have been parted. Leaves the state unchanged otherwise.
+  // Returns a problem with the place of a body in the scene file.
+  SceneProblem problem_at(const std::string& body_name) const {
+    SceneProblem problem;
+    problem.file = scene.path;
+    const auto locate = [&](const auto& bodies) {
+      for (const auto& body : bodies)
+        if (body.name == body_name)
+          std::tie(problem.line, problem.column) = std::tuple(body.at.line, body.at.column);
+    };
+    locate(scene.rigid);
+    locate(scene.deformable);
+    return problem;
+  }
+
+  [[noreturn]] void refuse(const MeetingSurfaces& meeting) const {
+    const std::vector<DeformableBody>& bodies = built.world.bodies.deformable;
+    const std::string &first = bodies[meeting.first].name, &second = bodies[meeting.second].name;
+    const Vec3& x = meeting.position;
+    SceneProblem problem = problem_at(second);
+    problem.key = "deformable." + second;
+    problem.message =
+        first == second
+            ? fmt::format("parts of its surface {}, near ({:.4g}, {:.4g}, {:.4g}) m at frame 0", meeting.how,
+                          x.x(), x.y(), x.z())
+            : fmt::format("its surface and that of `{}` {}, near ({:.4g}, {:.4g}, {:.4g}) m at frame 0",
+                          first, meeting.how, x.x(), x.y(), x.z());
+    problem.hint = "leave a gap between them, or let them pass with --without self_collision";
+    throw SceneError({std::move(problem)});
+  }
+
+  // Throws SceneError if surfaces of deformable bodies intersect or all but touch at frame 0, even after the
+  // overlapping bodies have been parted. Leaves the state unchanged otherwise.
   void check_surfaces() {
     Bodies& bodies = world().bodies;
     const std::vector<Vec3> x = bodies.particles.x;
     const std::vector<RigidState> states = bodies.rigid.state;
     if (parting.moves()) apply(parting, world());
-    check_surfaces_apart(bodies);
+    const std::optional<MeetingSurfaces> meeting = find_meeting_surfaces(bodies);
+    if (meeting) refuse(*meeting);
     bodies.particles.x = x;
     bodies.rigid.state = states;
   }

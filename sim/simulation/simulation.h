@@ -22,8 +22,8 @@ struct World;
 class Simulation {
  public:
   /// Builds the world of `scene` with the effects of `plan` and no others. Throws Error if the world cannot
-  /// be built, SimulationError if the initial state is not finite, and SceneError if bodies overlap in a
-  /// scene with solver.initial_overlap = "refuse".
+  /// be built, SimulationError if the initial state is not finite, and SceneError if surfaces of deformable
+  /// bodies intersect, or if bodies overlap in a scene with solver.initial_overlap = "refuse".
   Simulation(const scene::Scene& scene, const EffectSet& plan);
   ~Simulation();
   Simulation(const Simulation&) = delete;

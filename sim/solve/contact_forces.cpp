@@ -6,6 +6,7 @@
 #include <Eigen/LU>
 
 #include "sim/base/assert.h"
+#include "sim/base/dense_solvers.h"
 #include "sim/contact/response/ledger.h"
 #include "sim/contact/response/row_velocity.h"
 
@@ -48,12 +49,31 @@ std::size_t body_of(const Bodies& bodies, int particle) {
   return static_cast<std::size_t>(after - bodies.deformable.begin()) - 1;
 }
 
+// Returns the matrix S, by which impulses must be changed so that the first element of a pair gets what is
+// asked for. `given` is the fraction G that it gets, all of those along the normal n. With T = P G P, where P
+// takes the normal component away,
+//   S = n n^T + (1 - n n^T G) T^+,
+// where T^+ inverts T in the plane. In directions in which less than half is given, as between nearly
+// parallel edges, S becomes smaller again, and the element gets less than what is asked for.
+Mat3 compensation(const Vec3& normal, const Mat3& given) {
+  constexpr double least_kept = 0.5;
+  const Mat3 along = normal * normal.transpose(), across = Mat3::Identity() - along;
+  const Mat3 T = across * given * across;
+  const SymmetricEigen<3> eigen = symmetric_eigen<3>(T.transpose() * T);
+  Mat3 inverse = Mat3::Zero();
+  for (int k = 0; k < 3; ++k)
+    inverse += eigen.vectors.col(k) * eigen.vectors.col(k).transpose() /
+               std::max(eigen.values[k], least_kept * least_kept);
+  inverse = inverse * T.transpose();
+  return along + inverse - along * given * inverse;
+}
+
 // Returns the matrices A_i of the relative velocity sum A_i v_i of a pair of points, without the rotation of
 // its particles as a whole:
-//   A_i = w_i 1 + m_i [arm]x I^-1 [r_i]x,
-// with `arm` between the points, r_i from the center of mass of the particles, and their inertia I about it.
-// Impulses that change v_i by A_i^T j / m_i have no moment. If a particle is held, A_i = w_i 1, because it
-// takes moments up.
+//   A_i = S^T (w_i 1 + m_i [arm]x I^-1 [r_i]x),
+// with `arm` between the points, r_i from the center of mass of the particles, their inertia I about it, and
+// S from compensation(). Impulses that change v_i by A_i^T j / m_i have no moment, and change the momentum of
+// the first element by j. If a particle is held, A_i = w_i 1, because it takes moments up.
 std::array<Mat3, 4> map_of(const RepulsionPair& pair, const Particles& particles) {
   std::array<Mat3, 4> map;
   std::array<Vec3, 4> at;
@@ -84,6 +104,10 @@ std::array<Mat3, 4> map_of(const RepulsionPair& pair, const Particles& particles
   const Mat3 turn = skew(arm) * inertia.inverse();
   for (std::size_t i = 0; i < 4; ++i)
     map[i] += particles.mass[as_index(pair.particle[i])] * turn * skew(at[i] - center);
+  Mat3 given = Mat3::Zero();
+  for (std::size_t i = 0; i < as_index(pair.first); ++i) given += map[i].transpose();
+  const Mat3 more = compensation(pair.normal, given).transpose();
+  for (Mat3& each : map) each = more * each;
   return map;
 }
 

@@ -14,19 +14,22 @@ constexpr int joint_rounds = 10,  // largest number of rounds in which contact a
     joint_share = 4;              // in such a round contact gets its number of sweeps divided by this
 
 // Solves contact once in `round` (from 0) of the turns with joints. `articulated_response` is the response of
-// jointed bodies, or null; if it knows all joints, the first round gets all sweeps.
+// jointed bodies, or null; if it knows all joints, the first round gets all sweeps. Islands without joints
+// are solved in the first round, as if there were no joints in the scene.
 void sweep_contacts(World& world, StepContext& context, int round,
                     ArticulatedResponse* articulated_response) {
   ContactSolveSettings settings = world.settings.contact;
   settings.fall = world.gravity.norm() * context.dt;
   if (round == 0) settings.cold_iterations = (cold_start - 1) * settings.iterations;
   const bool knows_joints = articulated_response && articulated_response->is_complete();
+  settings.jointed_iterations = settings.iterations;
   if (world.has(Effect::articulation) && !(round == 0 && knows_joints))
-    settings.iterations = (settings.iterations + joint_share - 1) / joint_share;
+    settings.jointed_iterations = (settings.iterations + joint_share - 1) / joint_share;
+  if (round > 0) settings.iterations = 0;
   world.counters.contact_sweeps +=
       solve_contact(world.bodies, context.contact.graph, settings, context.contact.contacts,
                     context.contact.solve, articulated_response);
-  if (world.has(Effect::shock_propagation))
+  if (world.has(Effect::shock_propagation) && (round == 0 || settings.shocks_everywhere))
     world.clock.time(Stage::shock_propagation, [&] {
       propagate_shocks(world.bodies, context.contact.graph, settings, context.contact.contacts);
     });

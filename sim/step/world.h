@@ -30,7 +30,7 @@ struct StepSettings {
   /// step.
   double same_time() const { return 1e-6 * max_time_step; }
   double damping_at = 0.75;    ///< fraction of a step at which I.1, V.2 and V.3 evaluate damping forces
-  double cg_tolerance = 1e-3;  ///< m/s, largest residual of a velocity solve
+  double cg_tolerance = 1e-3;  ///< m/s, largest residual of a velocity solve, for the size of the bodies
   int cg_iterations = 200;     ///< largest number of conjugate-gradient iterations of a solve
   int projection_sweeps = 4;   ///< sweeps, forward and backward, of a projection onto constraints
   /// True if the constraints of step V come before the solve instead of after it (paper section 7.2).

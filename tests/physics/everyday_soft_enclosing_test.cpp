@@ -185,7 +185,7 @@ TEST(EverydaySoftEnclosing, SoftChainsStayLinkedAndTightSoftRingsAreRefused) {
   scene::Scene tight = test::free_space();
   add_ring(tight, "ring", 0.3);
   add_soft(tight, {Pair::soft_rod_in_ring, false, 2e-3});
-  EXPECT_THROW(Simulation(tight, test::plan(tight)), SimulationError);
+  EXPECT_THROW(Simulation(tight, test::plan(tight)), SceneError);
 }
 
 // Between two walls a ball leaves toward the wider side, unless the wedge is so narrow that it would go far.

@@ -79,6 +79,7 @@ TEST(EverydaySoftOnSoft, FewPairsCarryWhatMeshesThatCoincidePress) {
 struct Sliding {
   double friction = 0, speed = 2, size = 1;  // m/s for the size 1; m
   double fall = 1e-4;                        // sizes, height of the fall until the surfaces touch
+  double thickness = 0.005;                  // sizes; elements have 0.1
 };
 
 // Returns a box on a slab, for implicit steps of half a frame.
@@ -91,43 +92,46 @@ scene::Scene slab_and_box(const Sliding& s) {
     scene::DeformableBody& body =
         test::add_soft_box(scene, name, s.size * position, s.size * size, 1, 1e6 * s.size);
     body.shape.cells = cells;
-    body.collision_thickness = 0.005 * s.size;
+    body.collision_thickness = s.thickness * s.size;
     body.collision_friction = s.friction;
     scene.materials.back().poisson_ratio = 0.3;
     scene.materials.back().damping = 0.01 * pace;
   };
   add("slab", Vec3(1.2, 0.1, 0), Vec3(4, 0.2, 0.6), Vec3i(16, 1, 3));
-  add("box", Vec3(0, 0.305 + s.fall, 0.01), Vec3(0.3, 0.2, 0.3), Vec3i(3, 2, 3));
+  add("box", Vec3(0, 0.3 + s.thickness + s.fall, 0.01), Vec3(0.3, 0.2, 0.3), Vec3i(3, 2, 3));
   scene.deformable.back().placement.velocity = Vec3(s.speed * pace, 0, 0);
   return scene;
 }
 
-// Returns the mean of the x components of `values`, weighted by mass, of the box.
-double mean_x(const Bodies& bodies, const std::vector<Vec3>& values) {
-  double sum = 0, mass = 0;
+// Returns the mean of `values` of the box, weighted by mass.
+Vec3 mean_of(const Bodies& bodies, const std::vector<Vec3>& values) {
+  Vec3 sum = Vec3::Zero();
+  double mass = 0;
   for_each_particle(bodies.deformable.back(), [&](std::size_t p) {
-    sum += bodies.particles.mass[p] * values[p].x();
+    sum += bodies.particles.mass[p] * values[p];
     mass += bodies.particles.mass[p];
   });
   return sum / mass;
 }
 
-// Returns the deceleration over that of gravity minus the friction asked for, and sets `way` to the distance
-// traveled over that of the mean speed.
+// Returns the impulse of friction over that of the load, minus the friction asked for, and sets `way` to the
+// distance traveled over that of the mean speed. The load is that of gravity and of what the vertical
+// momentum changes by, as the box swings a little after it has landed.
 double added_friction(const Sliding& s, double& way) {
   const scene::Scene scene = slab_and_box(s);
   Simulation simulation(scene, test::plan(scene));
   const auto mean = [&](const std::vector<Vec3>& values) {
-    return mean_x(simulation.world().bodies, values);
+    return mean_of(simulation.world().bodies, values);
   };
   const Particles& particles = simulation.world().bodies.particles;
   simulation.advance_frame();
-  const double start = mean(particles.v), from = mean(particles.x);
+  const Vec3 start = mean(particles.v), from = mean(particles.x);
   constexpr int frames = 8;
   for (int frame = 0; frame < frames; ++frame) simulation.advance_frame();
-  const double end = mean(particles.v), seconds = frames / scene.fps;
-  way = (mean(particles.x) - from) / (0.5 * (start + end) * seconds);
-  return (start - end) / (seconds * scene.gravity.norm()) - s.friction;
+  const Vec3 end = mean(particles.v);
+  const double seconds = frames / scene.fps;
+  way = (mean(particles.x) - from).x() / (0.5 * (start + end).x() * seconds);
+  return (start - end).x() / (seconds * scene.gravity.norm() + (end - start).y()) - s.friction;
 }
 
 // A box decelerates by mu g, and travels as far as its mean speed says. When friction stopped positions and
@@ -145,10 +149,21 @@ TEST(EverydaySoftOnSoft, SlideByTheFrictionDistanceInImplicitSteps) {
   }
 }
 
+// The couple of friction on two surfaces is removed by turning their elements back, and what that takes from
+// the friction is made up for. Otherwise 9 to 11 % of it was missing at this thickness. What is left is of
+// first order: the box slides over 0.4 of an element in a step.
+TEST(EverydaySoftOnSoft, FrictionDoesNotDependOnTheThickness) {
+  double way = 0;
+  for (const double friction : {0.2, 0.4})
+    test::expect_below(std::abs(added_friction({.friction = friction, .thickness = 0.03}, way)) / friction,
+                       0.025, fmt::format("of_{}", friction));
+}
+
 // Friction also acts on the momentum of the fall when the box lands, and then until it rests: distance = v t
 // + (v - mu g t)^2 / (2 mu g) with the time t of the fall. The slab rests on the ground. When only the
 // prediction, in which the slab falls as well, told which surfaces meet, the box sank in and slid 7 % too
-// far.
+// far. Normals lean against the motion, because the slab yields in front of the box. That shortens the way by
+// 0.3 %.
 TEST(EverydaySoftOnSoft, LandAsTheySlide) {
   test::Cases cases(3);  // 1 of 3
   for (const double fall : {5e-4, 1e-4, 1e-3}) {
@@ -157,11 +172,11 @@ TEST(EverydaySoftOnSoft, LandAsTheySlide) {
     const scene::Scene scene = slab_and_box(s);
     Simulation simulation(scene, test::plan(scene));
     const Bodies& bodies = simulation.world().bodies;
-    const double from = mean_x(bodies, bodies.particles.x), g = scene.gravity.norm();
+    const double from = mean_of(bodies, bodies.particles.x).x(), g = scene.gravity.norm();
     for (int frame = 0; frame < 16; ++frame) simulation.advance_frame();
     const double time = std::sqrt(2 * fall / g), slower = s.speed - s.friction * g * time,
                  way = s.speed * time + slower * slower / (2 * s.friction * g);
-    test::expect_below(std::abs((mean_x(bodies, bodies.particles.x) - from) / way - 1), 3e-3,
+    test::expect_below(std::abs((mean_of(bodies, bodies.particles.x).x() - from) / way - 1), 4e-3,
                        "way, over that of theory");
   }
 }

@@ -2,6 +2,7 @@
 // it, and no body is thrown.
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "tests/support/full.h"
 #include "tests/support/margin.h"
@@ -153,6 +154,65 @@ TEST(EverydaySoftPinched, AndOnePlateMayBeStatic) {
   test::Cases cases(2);  // 1 of 2
   for (const double least : {0.0, 0.004})
     if (cases.takes()) expect_stays({.least = least, .both_move = false});
+}
+
+// Returns a cloth that falls along a static jaw, while another one of the given shape closes to half of the
+// thickness, holds it, and opens again.
+scene::Scene falling_cloth(const scene::Shape& jaw, double reach, double longest_step) {
+  scene::Scene scene = test::free_space();
+  scene.gravity = Vec3(0, -9.8, 0);
+  scene.fps = 24;
+  scene.solver.max_time_step = longest_step;
+  constexpr double thickness = 0.01;  // m
+  scene::RigidBody& fixed = test::add_box(scene, "fixed", Vec3(-0.107, 0.25, 0), Vec3(0.2, 0.3, 0.8), 1);
+  fixed.mass.reset();
+  fixed.is_static = true;
+  scene::RigidBody& moving = test::add_box(scene, "moving", Vec3::Zero(), Vec3::Ones(), 1);
+  moving.shape = jaw;
+  moving.mass.reset();
+  moving.is_kinematic = true;
+  const std::pair<double, double> keys[] = {
+      {0, 0.02}, {0.15, -0.007 + thickness / 2}, {0.5, -0.007 + thickness / 2}, {0.6, 0.1}};
+  for (const auto& [time, surface] : keys) {
+    scene::Keyframe& key = moving.motion.keyframes.emplace_back();
+    key.time = time;
+    key.position = Vec3(surface + reach, 0.25, 0);
+  }
+  scene::Material& material = test::add_material(scene, "cloth");
+  material.density = 300;
+  material.youngs_modulus = 1e5;
+  scene::DeformableBody& cloth = test::add_panel(scene, "cloth", Vec3::Zero(), Vec2(0.6, 0.6), 8, thickness);
+  cloth.placement.orientation = Quat(Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitZ()));
+  return scene;
+}
+
+// Between jaws of other shapes than plates some of a face's corners touch one jaw alone. When these kept the
+// whole distance from it, the face turned about them, and the cloth stored 8e4 J.
+TEST(EverydaySoftPinched, JawsOfAnyShapeHoldFallingCloth) {
+  using scene::ShapeKind;
+  const scene::Shape cylinder{.kind = ShapeKind::cylinder, .radius = 0.1, .length = 0.8},
+      ball{.kind = ShapeKind::sphere, .radius = 0.15},
+      ring{.kind = ShapeKind::torus, .radius = 0.12, .tube = 0.04};
+  test::Cases cases(2);  // 3 of 6
+  for (const double longest_step : {1.0 / 24, 1e-3})
+    for (const auto& [shape, reach] :
+         {std::pair(cylinder, 0.1), std::pair(ball, 0.15), std::pair(ring, 0.16)}) {
+      if (!cases.takes()) continue;
+      const scene::Scene scene = falling_cloth(shape, reach, longest_step);
+      Simulation simulation(scene, test::plan(scene));
+      double gain = 0,
+             start = simulation.stats().kinetic + simulation.stats().elastic + simulation.stats().potential;
+      int substeps = 0;
+      for (int frame = 1; frame <= 15; ++frame) {
+        simulation.advance_frame();
+        const FrameStats stats = simulation.stats();
+        gain = std::max(gain, stats.kinetic + stats.elastic + stats.potential - start);
+        substeps = std::max(substeps, stats.substeps);
+      }
+      const std::string name = fmt::format("{}_steps_{:.2g}", static_cast<int>(shape.kind), longest_step);
+      test::expect_below(gain, 1e-3, "gain_J_" + name);
+      test::expect_below(substeps, 60, "substeps_" + name);
+    }
 }
 
 }  // namespace

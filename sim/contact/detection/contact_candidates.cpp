@@ -400,6 +400,7 @@ class Finder {
     }
     contacts_.pairs.resize(pairs);
     contacts_.points.resize(points);
+    contacts_.measured.x.clear();
   }
 
   // Copies the pairs of a chunk, and makes contact points of its touches.

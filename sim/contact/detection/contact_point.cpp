@@ -409,16 +409,11 @@ void follow_host(const Bodies& bodies, ContactPoint& contact) {
         point.weight[i] * point.weight[i] * bodies.particles.inverse_mass[as_index(point.particle[i])];
 }
 
-}  // namespace
-
-// It runs three times a step for every contact. What it calls becomes part of it, so that touches and
-// responses are not written to memory on their way.
-[[gnu::flatten]] void update_geometry(const Bodies& bodies, ContactPoint& contact) {
-  follow_host(bodies, contact);
+// Sets what update_geometry() recomputes from the touch of the contact at the present positions.
+[[gnu::always_inline]] inline void take_touch(const Bodies& bodies, const Touch& now, ContactPoint& contact) {
   const auto host = as_index(contact.host);
   const RigidState& host_state = bodies.rigid.state[host];
   const RigidProperties& host_properties = bodies.rigid.properties[host];
-  const Touch now = touch(bodies, contact);
   const Vec3& x = now.position;
   contact.meets_ahead = contact.is_level_ahead = contact.stays = false;
   contact.normal = now.normal;
@@ -437,6 +432,36 @@ void follow_host(const Bodies& bodies, ContactPoint& contact) {
   }
   contact.response = ContactResponse(K, contact.normal);
   contact.path_velocity.setZero();
+}
+
+bool are_equal(const Pose& a, const Pose& b) {
+  return a.position == b.position && a.orientation.coeffs() == b.orientation.coeffs();
+}
+
+}  // namespace
+
+// It runs three times a step for every contact. What it calls becomes part of it, so that touches and
+// responses are not written to memory on their way.
+[[gnu::flatten]] void update_geometry(const Bodies& bodies, ContactPoint& contact) {
+  follow_host(bodies, contact);
+  take_touch(bodies, touch(bodies, contact), contact);
+}
+
+void update_geometry(const Bodies& bodies, const Touch& now, ContactPoint& contact) {
+  take_touch(bodies, now, contact);
+}
+
+void MeasuredTouches::keep(const Bodies& bodies) {
+  x = bodies.particles.x;
+  pose.resize(bodies.rigid.size());
+  for (std::size_t i = 0; i < pose.size(); ++i) pose[i] = bodies.rigid.state[i].pose;
+}
+
+bool MeasuredTouches::hold(const Bodies& bodies, std::size_t contacts) const {
+  if (touch.size() != contacts || pose.size() != bodies.rigid.size() || x != bodies.particles.x) return false;
+  for (std::size_t i = 0; i < pose.size(); ++i)
+    if (!are_equal(pose[i], bodies.rigid.state[i].pose)) return false;
+  return true;
 }
 
 }  // namespace duet

@@ -37,6 +37,9 @@ struct ContactPoint {
   /// m/s: least normal velocity of the guest relative to the host, set by find_speculative_targets(). Minus
   /// infinity: the contact is out of reach and exerts nothing.
   double target = 0;
+  /// m/s: the part of `target` in step III that lets another vertex of a round surface land in the step, see
+  /// find_speculative_targets(). 0 if the same vertex touches at the end.
+  double landing = 0;
   /// N s: impulse on the guest, accumulated by the collisions and later by the contact solve.
   Vec3 impulse = Vec3::Zero();
   /// m/s, guest relative to host: what the curved paths of the bodies' points, and the motion of the place of
@@ -104,6 +107,31 @@ struct Pinch {
   double room = 0;            ///< m: distance of the rigid bodies there; negative if they overlap.
 };
 
+/// Geometry of one contact at given positions of the bodies, in world space.
+struct Touch {
+  Vec3 position;  ///< m: the guest's point.
+  Vec3 normal;    ///< Unit: outward normal of the host.
+  /// m: signed distance of the point from the host, plus SurfacePoint::contact_offset on a deformable guest
+  /// and ContactPoint::yielded on a pinched one. It is infinite if the point is beside an edge, see
+  /// ContactPlane::faces, or above a surface that a neighbor of the host hides, see hidden_foot().
+  double gap = 0;
+  /// m: point of the host that touches, if the plane moves with a face of a deformable guest; if it moves
+  /// with an edge, the center of the ball of the host that touches. Not set for other contacts.
+  Vec3 foot = Vec3::Zero();
+};
+
+/// The touches of the contacts with deformable guests as step IV.2 has measured them last. Step V takes them,
+/// if nothing has moved in between.
+struct MeasuredTouches {
+  std::vector<Touch> touch;  ///< For each contact; only those with deformable guests are measured.
+  std::vector<Vec3> x;       ///< m: positions of the particles that they belong to; empty: there are none.
+  std::vector<Pose> pose;    ///< Poses of the rigid bodies that they belong to.
+  /// Says that the touches belong to the present positions.
+  void keep(const Bodies& bodies);
+  /// Returns whether the touches of `contacts` contacts belong to the present positions.
+  bool hold(const Bodies& bodies, std::size_t contacts) const;
+};
+
 /// All contacts of a step, with the scratch of their search.
 struct ContactSet {
   std::vector<ContactPoint> points;  ///< Contact points, those of each pair next to each other.
@@ -112,9 +140,11 @@ struct ContactSet {
       predicted;  ///< Scratch of find_speculative_targets(): poses of the shapes of rigid bodies.
   /// For every island: whether the contact cache holds none of its contacts, see warm_start().
   std::vector<char> is_cold;
-  CandidateSearch search;           ///< Scratch of find_candidates().
-  std::vector<Pinch> pinches;       ///< Pinches of this step, see pinching.h.
-  std::vector<Vec3> sheet_normals;  ///< Scratch of yield_where_pinched().
+  CandidateSearch search;            ///< Scratch of find_candidates().
+  MeasuredTouches measured;          ///< Touches at the end of step IV.2.
+  std::vector<Pinch> pinches;        ///< Pinches of this step, see pinching.h.
+  std::vector<Vec3> sheet_normals;   ///< Scratch of yield_where_pinched().
+  std::vector<double> sheet_yields;  ///< Scratch of yield_where_pinched().
 };
 
 /// Returns whether an impulse of the contact acts on its host. It changes the velocity of dynamic hosts only.
@@ -172,19 +202,6 @@ inline void apply_impulse(Bodies& bodies, const ContactPoint& contact, const Vec
     apply_impulse(bodies.rigid.state[host], bodies.rigid.properties[host], contact.host_arm, -impulse);
 }
 
-/// Geometry of one contact at given positions of the bodies, in world space.
-struct Touch {
-  Vec3 position;  ///< m: the guest's point.
-  Vec3 normal;    ///< Unit: outward normal of the host.
-  /// m: signed distance of the point from the host, plus SurfacePoint::contact_offset on a deformable guest
-  /// and ContactPoint::yielded on a pinched one. It is infinite if the point is beside an edge, see
-  /// ContactPlane::faces, or above a surface that a neighbor of the host hides, see hidden_foot().
-  double gap = 0;
-  /// m: point of the host that touches, if the plane moves with a face of a deformable guest; if it moves
-  /// with an edge, the center of the ball of the host that touches. Not set for other contacts.
-  Vec3 foot = Vec3::Zero();
-};
-
 /// Returns the touch of the place `feature` of a rigid guest, with the shapes of the bodies at the given
 /// poses, see shape_pose(). `edge` is ContactPoint::edge.
 Touch touch(const RigidProperties& host, const Pose& host_pose, const RigidProperties& guest,
@@ -207,6 +224,9 @@ Touch predicted_touch(const Bodies& bodies, const std::vector<Pose>& predicted, 
 /// and on edges of deformable guests along with the host, sets the path velocity to zero, and drops a plane
 /// that the contact met ahead.
 void update_geometry(const Bodies& bodies, ContactPoint& contact);
+/// The same for a contact whose touch at the present positions is known: `now`. Its plane must not follow a
+/// face or an edge of a deformable guest.
+void update_geometry(const Bodies& bodies, const Touch& now, ContactPoint& contact);
 /// Returns ContactPoint::gap of a rigid pair with the delays of its bodies, m: the gap at the beginning of
 /// the step on the straight paths that lead to its end.
 double delayed_gap(const Bodies& bodies, const ContactPoint& contact);

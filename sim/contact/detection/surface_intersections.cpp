@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include "sim/base/error.h"
 #include "sim/deformable/self_contact/collision_candidates.h"
 #include "sim/geometry/queries/triangle_intersection.h"
 
@@ -15,18 +14,9 @@ namespace {
 // on.
 constexpr double min_gap = 1e-6;
 
-// Throws the error for surfaces that meet at the particles `first` and `second`. `value` is their distance
-// (m) or the number of pairs of triangles, `how` the predicate of the message.
-[[noreturn]] void fail(const Bodies& bodies, int first, int second, double value, const std::string& how) {
-  SimulationFault fault;
-  fault.stage = "0 initial state";
-  fault.body = body_name(bodies, first);
-  fault.element = fmt::format("particle {}", first);
-  fault.position = bodies.particles.x[as_index(first)];
-  fault.value = value;
-  fault.cause = fmt::format("the surfaces of `{}` and `{}` {}", fault.body, body_name(bodies, second), how);
-  fault.remedy = "leave a gap between them, or let them pass with --without self_collision";
-  throw SimulationError(fault);
+MeetingSurfaces meeting_at(const Bodies& bodies, int first, int second, std::string how) {
+  return {body_of(bodies, first), body_of(bodies, second), bodies.particles.x[as_index(first)],
+          std::move(how)};
 }
 
 // Returns the part of the message that names all pairs of bodies that meet but the first: "; so do those of
@@ -59,21 +49,23 @@ std::vector<std::array<int, 2>> self_intersections(const Bodies& bodies) {
   return pairs;
 }
 
-void check_surfaces_apart(const Bodies& bodies) {
+std::optional<MeetingSurfaces> find_meeting_surfaces(const Bodies& bodies) {
   const std::vector<Vec3>& x = bodies.particles.x;
   const CollisionSurface& surface = bodies.collision_surface;
   const std::vector<std::array<int, 2>> meeting = self_intersections(bodies);
   if (!meeting.empty())
-    fail(bodies, surface.triangles[as_index(meeting.front()[0])][0],
-         surface.triangles[as_index(meeting.front()[1])][0], static_cast<double>(meeting.size()),
-         "touch or intersect, in so many pairs of triangles" + others_that_meet(bodies, meeting));
+    return meeting_at(bodies, surface.triangles[as_index(meeting.front()[0])][0],
+                      surface.triangles[as_index(meeting.front()[1])][0],
+                      fmt::format("touch or intersect in {} pair{} of triangles{}", meeting.size(),
+                                  meeting.size() == 1 ? "" : "s", others_that_meet(bodies, meeting)));
   CollisionCandidates candidates;
   candidates.update(surface, x, x);
   for (const CandidatePair& pair : candidates.near()) {
     const double distance = closest_points(pair.kind, corners(pair.particle, x)).difference.norm();
     if (distance < min_gap * pair.thickness)
-      fail(bodies, pair.particle[0], pair.particle[3], distance, "touch");
+      return meeting_at(bodies, pair.particle[0], pair.particle[3], "touch");
   }
+  return std::nullopt;
 }
 
 std::size_t body_of(const Bodies& bodies, int particle) {

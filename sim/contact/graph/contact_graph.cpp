@@ -189,6 +189,29 @@ void find_where_shocks_pass(const Bodies& bodies, const ContactSet& contacts, Co
   }
 }
 
+// Fills `is_jointed`.
+void find_jointed(const Bodies& bodies, ContactGraph& graph) {
+  graph.is_jointed.assign(graph.island.size(), 0);
+  if (bodies.articulation.joints.empty()) return;
+  const auto mark = [&](std::size_t body) { graph.is_jointed[as_index(graph.island[body])] = 1; };
+  graph.has_joint.assign(bodies.rigid.size(), 0);
+  for (const Joint& joint : bodies.articulation.joints)
+    for (const int body : {joint.parent, joint.child})
+      if (!is_fixed(bodies, body)) graph.has_joint[as_index(body)] = 1;
+  for (std::size_t body = 0; body < graph.has_joint.size(); ++body)
+    if (graph.has_joint[body] != 0) mark(body);
+  std::size_t d = 0;  // the deformable body of the last bound particle
+  const auto is_of = [&](std::size_t particle, const DeformableBody& body) {
+    const int place = static_cast<int>(particle) - body.first_particle;
+    return place >= 0 && place < body.particle_count;
+  };
+  for (const EmbeddedParticle& bound : bodies.bound) {
+    if (graph.has_joint[bound.body] == 0) continue;
+    while (!is_of(bound.particle, bodies.deformable[d])) d = (d + 1) % bodies.deformable.size();
+    mark(bodies.rigid.size() + d);
+  }
+}
+
 }  // namespace
 
 int ContactGraph::island_of(const Bodies& bodies, const ContactPair& pair) const {
@@ -220,6 +243,7 @@ void build_contact_graph(const Bodies& bodies, const Vec3& gravity, RigidPairs r
   }
   find_islands(bodies, contacts, graph);
   find_where_shocks_pass(bodies, contacts, graph);
+  find_jointed(bodies, graph);
   graph.schedule.build(bodies, contacts, graph.pairs);
   graph.sweeps.build(bodies, contacts, graph.schedule.order());
   graph.shock_layers_current = false;

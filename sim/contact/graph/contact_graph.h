@@ -26,8 +26,11 @@ struct ContactGraph {
   /// or deformable bodies belong to it, which shocks would take apart; 1: yes, all bodies are rigid and
   /// separate; 2: yes, and a moving kinematic body touches one of them.
   std::vector<char> carries_shocks;
-  PairColoring schedule;       ///< The order in which sweeps visit the pairs, from low to high levels.
-  GaussSeidelPipeline sweeps;  ///< Parallel sweeps over the pairs in the order of `schedule`.
+  /// For each island: whether a joint holds one of its dynamic bodies, or a bone of its flesh.
+  std::vector<char> is_jointed;
+  std::vector<char> has_joint;  ///< For each rigid body: whether it is dynamic and has a joint.
+  PairColoring schedule;        ///< The order in which sweeps visit the pairs, from low to high levels.
+  GaussSeidelPipeline sweeps;   ///< Parallel sweeps over the pairs in the order of `schedule`.
   ShockLayers shock_layers;  ///< Pairs with a supported lower body, level by level; see build_shock_layers().
   bool shock_layers_current = false;  ///< True if `shock_layers` is up to date.
 

@@ -43,9 +43,14 @@ class Pincher {
     if (is_sheet_) find_normals(bodies.deformable[as_index(guest)]);
   }
 
-  // Returns by how much the guest yields at a contact, between the host of the contact and the host `other`,
-  // m; 0: not at all.
-  double between(const ContactPoint& contact, int other) const {
+  // By how much the guest yields at a contact.
+  struct Yield {
+    double amount = 0;            // m
+    bool face_each_other = true;  // false: the hosts are on either side of a rim
+  };
+
+  // Returns the yield at a contact between the host of the contact and the host `other`.
+  Yield between(const ContactPoint& contact, int other) const {
     const RigidState &host = bodies_.rigid.state[as_index(contact.host)],
                      &second = bodies_.rigid.state[as_index(other)];
     const LevelSet& shape = bodies_.rigid.properties[as_index(other)].shape;
@@ -55,20 +60,21 @@ class Pincher {
                v_other = point_velocity(second, x - second.pose.position);
     const double to_host = contact.gap - contact.yielded - surface_point(bodies_, contact).contact_offset,
                  to_other = shape.distance(in_other);  // m, both from the middle surface of the guest
-    if (to_host + to_other - dt_ * (v.norm() + v_other.norm()) >= thickness_) return 0;
+    if (to_host + to_other - dt_ * (v.norm() + v_other.norm()) >= thickness_) return {};
     const Vec3 normal = other_pose.orientation * shape.normal(in_other);
     const double end = to_host - dt_ * v.dot(contact.normal),
                  other_end = to_other - dt_ * v_other.dot(normal);
     const double room = end + other_end;
-    if (room >= thickness_) return 0;
+    if (room >= thickness_) return {};
     const bool face_each_other = normal.dot(contact.normal) <= facing;
     if (!face_each_other &&
         !(is_sheet_ && std::max(end, other_end) < thickness_ / 2 &&
           side(contact, x, contact.host, contact.normal) * side(contact, x, other, normal) < 0))
-      return 0;
+      return {};
     if (pinches_ && face_each_other)
       note({guest_, std::min(contact.host, other), std::max(contact.host, other), room}, *pinches_);
-    return (face_each_other ? (thickness_ - room) / 2 : thickness_ / 2 - end) + play * thickness_;
+    const double amount = face_each_other ? (thickness_ - room) / 2 : thickness_ / 2 - end;
+    return {amount + play * thickness_, face_each_other};
   }
 
  private:
@@ -103,6 +109,37 @@ class Pincher {
   std::vector<Pinch>* pinches_;
 };
 
+// Calls visit(contact, host) for the contacts of the pairs with static and kinematic hosts.
+template <class Visit>
+void for_each_fixed(const Bodies& bodies, std::span<const ContactPair> hosts,
+                    std::vector<ContactPoint>& points, Visit&& visit) {
+  for (const ContactPair& pair : hosts)
+    if (!bodies.rigid.properties[as_index(pair.host)].is_dynamic())
+      for (int i = pair.begin; i < pair.end; ++i) visit(points[as_index(i)], pair.host);
+}
+
+// Calls visit(particle, weight) for the particles of a contact's place on its guest.
+template <class Visit>
+void for_each_particle_of(const Bodies& bodies, const ContactPoint& contact, Visit&& visit) {
+  const SurfacePoint& point = surface_point(bodies, contact);
+  for (std::size_t k = 0; k < as_index(point.count); ++k) visit(as_index(point.particle[k]), point.weight[k]);
+}
+
+// Lets pinched faces and edges yield as wholes. `yields` (m) holds for each particle the largest yield of a
+// place on its faces and edges. If the corners did not yield, which only one host touches, they would stay
+// at their whole distance from that one, and the place between the hosts would turn the face about them.
+void yield_as_whole(const Bodies& bodies, std::span<const ContactPair> hosts,
+                    const std::vector<double>& yields, std::vector<ContactPoint>& points) {
+  for_each_fixed(bodies, hosts, points, [&](ContactPoint& contact, int) {
+    double yielded = 0;
+    for_each_particle_of(bodies, contact,
+                         [&](std::size_t p, double weight) { yielded += weight * yields[p]; });
+    if (yielded <= contact.yielded) return;
+    contact.gap += yielded - contact.yielded;
+    contact.yielded = yielded;
+  });
+}
+
 }  // namespace
 
 void yield_where_pinched(const Bodies& bodies, double dt, ContactSet& contacts, std::vector<Pinch>* pinches) {
@@ -117,21 +154,27 @@ void yield_where_pinched(const Bodies& bodies, double dt, ContactSet& contacts, 
     };
     if (std::count_if(hosts.begin(), hosts.end(), is_fixed) < 2) continue;
     const Pincher pincher(bodies, dt, guest, contacts.sheet_normals, pinches);
-    for (const ContactPair& pair : hosts) {
-      if (!is_fixed(pair)) continue;
-      for (int i = pair.begin; i < pair.end; ++i) {
-        ContactPoint& contact = contacts.points[as_index(i)];
-        double yielded = 0;
-        for (const ContactPair& other : hosts)
-          if (other.host != pair.host && is_fixed(other))
-            yielded = std::max(yielded, pincher.between(contact, other.host));
-        // The particles of a pinched face hold it already; friction at the samples between them would repeat
-        // it.
-        if (yielded > 0 && surface_point(bodies, contact).count > 1) contact.friction = 0;
-        contact.gap += yielded - contact.yielded;
-        contact.yielded = yielded;
+    std::vector<double>& yields = contacts.sheet_yields;
+    yields.resize(bodies.particles.size());
+    for_each_particle(bodies.deformable[as_index(guest)], [&](std::size_t p) { yields[p] = 0; });
+    for_each_fixed(bodies, hosts, contacts.points, [&](ContactPoint& contact, int host) {
+      double yielded = 0, facing_yield = 0;
+      for (const ContactPair& other : hosts) {
+        if (other.host == host || !is_fixed(other)) continue;
+        const Pincher::Yield yield = pincher.between(contact, other.host);
+        yielded = std::max(yielded, yield.amount);
+        if (yield.face_each_other) facing_yield = std::max(facing_yield, yield.amount);
       }
-    }
+      contact.gap += yielded - contact.yielded;
+      contact.yielded = yielded;
+      for_each_particle_of(bodies, contact,
+                           [&](std::size_t p, double) { yields[p] = std::max(yields[p], facing_yield); });
+    });
+    yield_as_whole(bodies, hosts, yields, contacts.points);
+    // The particles of a pinched face hold it already; friction at the samples between them would repeat it.
+    for_each_fixed(bodies, hosts, contacts.points, [&](ContactPoint& contact, int) {
+      if (contact.yielded > 0 && surface_point(bodies, contact).count > 1) contact.friction = 0;
+    });
   }
 }
 

@@ -13,6 +13,9 @@ namespace duet {
 /// if there is room. The hosts press without bound, so that friction, if there is any, holds the guest
 /// (is_pinched_fast()).
 ///
+/// A face or an edge yields as a whole: the contacts of its corners yield by as much as the largest of its
+/// own.
+///
 /// Around the rims of two hosts on either side of a sheet, where their normals lead along the sheet and both
 /// overlap it, the gaps grow to zero and the play, because contact would draw the sheet out sideways.
 ///

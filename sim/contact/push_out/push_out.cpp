@@ -20,6 +20,8 @@ class PushOut {
       : bodies_(bodies), contacts_(contacts), graph_(graph), settings_(settings), scratch_(scratch) {
     const std::size_t nodes = bodies.rigid.size() + bodies.deformable.size();
     scratch_.gap.resize(contacts.points.size());
+    contacts.measured.touch.resize(contacts.points.size());
+    contacts.measured.x.clear();
     find_kept();
     scratch_.order.reserve(contacts.points.size());
     scratch_.moved.assign(nodes, 1);
@@ -113,9 +115,11 @@ class PushOut {
         const ContactPair& pair = contacts_.pairs[as_index(graph_.pairs[i])];
         if (!takes_part(pair)) continue;
         if (!scratch_.moved[as_index(pair.host)] && !scratch_.moved[guest_node(bodies_, pair)]) continue;
-        for (int k = pair.begin; k < pair.end; ++k)
-          scratch_.gap[as_index(k)] =
-              gap_now(bodies_, contacts_.points[as_index(k)]) + scratch_.kept[as_index(k)];
+        for (int k = pair.begin; k < pair.end; ++k) {
+          Touch& now = contacts_.measured.touch[as_index(k)];
+          now = touch(bodies_, contacts_.points[as_index(k)]);
+          scratch_.gap[as_index(k)] = now.gap + scratch_.kept[as_index(k)];
+        }
       }
     });
     std::fill(scratch_.moved.begin(), scratch_.moved.end(), 0);
@@ -233,7 +237,10 @@ int resolve_interpenetration(Bodies& bodies, const ContactGraph& graph, const Pu
         settings.gradual ? std::min(1.0, 2.0 * iteration / (settings.iterations + 1.0)) : 1;
     const int sweeps = settings.order == PushOutOrder::together ? push_out.push(all_levels, fraction)
                                                                 : push_out.push_levels(fraction);
-    if (sweeps == 0) break;
+    if (sweeps == 0) {
+      contacts.measured.keep(bodies);
+      break;
+    }
     most = std::max(most, sweeps);
   }
   return most;

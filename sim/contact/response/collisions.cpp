@@ -203,14 +203,30 @@ class Collider {
   }
 
   // Returns whether the impulses of a rigid pair's contact act when the bodies meet, see impact_delay.h.
-  bool acts_later(const ContactPoint& contact) const {
+  // `meeting` (s) is when they do, and the normal velocity is that of the beginning of the step.
+  bool acts_later(const ContactPoint& contact, double normal_velocity, double meeting) const {
     const auto is_linked = [&](int body) { return linked_ && linked_->contains(body); };
-    return is_delayed(bodies_, contact) && !is_linked(contact.host) && !is_linked(contact.guest_rigid);
+    if (is_linked(contact.host) || is_linked(contact.guest_rigid)) return false;
+    return is_delayed(bodies_, contact) || rebounds_only_later(contact, normal_velocity, meeting);
   }
 
-  // Returns when the bodies of a rigid pair meet, s from the beginning of the step.
+  // Returns whether a rebound at the beginning of the step would be lost, because it does not come back over
+  // the gap, while one at the time `meeting` (s) has left the surface at the end of the step.
+  bool rebounds_only_later(const ContactPoint& contact, double normal_velocity, double meeting) const {
+    if (squared_rebound(contact, normal_velocity) > 0) return false;
+    const double fall = approach_acceleration(contact);
+    const double leaving = contact.restitution * (fall * meeting - normal_velocity);
+    return leaving > fall * (dt_ - meeting) / 2;
+  }
+
+  // Returns when the bodies of a rigid pair meet, s from the beginning of the step: after the time s with
+  //   |u| s + a s^2 / 2 = g
+  // for the normal velocity u, the acceleration a of approach and the gap g. With this time an impact that
+  // acts later keeps its energy.
   double meeting_time(const ContactPoint& contact, double normal_velocity) const {
-    return std::clamp(delayed_gap(bodies_, contact) / -normal_velocity, 0.0, dt_);
+    const double gap = delayed_gap(bodies_, contact);
+    const double squared = normal_velocity * normal_velocity + 2 * approach_acceleration(contact) * gap;
+    return std::clamp(2 * gap / (std::sqrt(std::max(squared, 0.0)) - normal_velocity), 0.0, dt_);
   }
 
   // Returns the normal velocity after a rebound, m/s:
@@ -221,10 +237,15 @@ class Collider {
   // exist, the rebound is too weak to come back over the gap, and the bodies may close the gap and no more:
   // -g / dt.
   double rebound_velocity(const ContactPoint& contact, double normal_velocity) const {
-    const double gap = std::max(contact.gap, 0.0);
-    const double gain = 2 * approach_acceleration(contact) * gap, e = contact.restitution;
-    const double squared = e * e * (normal_velocity * normal_velocity + gain) - gain;
-    return squared > 0 ? std::sqrt(squared) : -gap / dt_;
+    const double squared = squared_rebound(contact, normal_velocity);
+    return squared > 0 ? std::sqrt(squared) : -std::max(contact.gap, 0.0) / dt_;
+  }
+
+  // Returns the square of rebound_velocity(), (m/s)^2; at most zero if the root does not exist.
+  double squared_rebound(const ContactPoint& contact, double normal_velocity) const {
+    const double gain = 2 * approach_acceleration(contact) * std::max(contact.gap, 0.0);
+    const double e = contact.restitution;
+    return e * e * (normal_velocity * normal_velocity + gain) - gain;
   }
 
   // Returns whether the bodies approach, and faster than they may.
@@ -302,7 +323,7 @@ class Collider {
       scratch_.time[as_index(i)] = time;
       if (gap < 0) first = std::min(first, time);
       contact.target = rebound_velocity(contact, normal_velocity);
-      scratch_.acts_later[as_index(i)] = acts_later(contact);
+      scratch_.acts_later[as_index(i)] = acts_later(contact, normal_velocity, time);
       scratch_.velocity_before[as_index(i)] = velocity;
     }
     impact_.for_each_point(pair, [&](std::size_t i) {

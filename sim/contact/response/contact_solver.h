@@ -13,7 +13,8 @@ namespace duet {
 
 /// Settings of solve_contact() and propagate_shocks().
 struct ContactSolveSettings {
-  int iterations = 20;      ///< Gauss-Seidel sweeps at most, from low to high levels of the contact graph.
+  int iterations = 20;  ///< Gauss-Seidel sweeps at most, from low to high levels of the contact graph.
+  int jointed_iterations = 20;  ///< The same for islands in which a joint holds a body.
   int cold_iterations = 0;  ///< Further sweeps of islands without a cached impulse, see ContactSet::is_cold.
   int repeats = 8;          ///< Passes over the contacts of a pair at each visit, at most.
   double tolerance = 1e-6;  ///< Change of a relative velocity below which an island has converged, m/s.
@@ -30,8 +31,6 @@ struct ContactSolveScratch {
   std::vector<double> change;  ///< For each pair: change of a relative velocity by its last visit, m/s.
   std::vector<double> island_change;    ///< For each island: the largest `change` of its pairs, m/s.
   std::vector<char> multipliers_final;  ///< For each island: whether sweeps pass over it.
-  /// For each island: whether a joint holds one of its bodies. Filled with articulated response only.
-  std::vector<char> is_jointed;
   std::vector<char> is_solved;  ///< For each island: whether it was solved as a whole after the sweeps.
   /// Unsettled islands, and the places of their pairs in ContactGraph::pairs; sorted.
   std::vector<std::array<int, 2>> unsettled;

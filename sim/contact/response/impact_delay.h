@@ -7,17 +7,19 @@
 // taken when the bodies meet, the impact changes neither the momentum nor the angular momentum of the two,
 // and a force that passes through the center of a ball does not turn it.
 //
-// Only impacts of balls on moving bodies act later, and what their delays lead to in the same step. Impacts
-// of other shapes act at the place and the beginning of the step at which contact found them. Their
-// orientations would need a delay as well, which changes the inertia tensor, and with it the energy.
+// Three kinds of impacts act later: those of balls on moving bodies, those whose rebound would be lost
+// otherwise, because it is lower than the way from the beginning of the step to the impact, and those to
+// which the delays of others lead in the same step. All others act at the beginning of the step, at the place
+// at which contact found them. Orientations have no delay: it would change the inertia tensor, and with it
+// the energy. Bodies that turn are therefore still some way apart after a delayed impact.
 #pragma once
 
 #include "sim/contact/detection/contact_point.h"
 
 namespace duet {
 
-/// Returns whether an impact of this rigid pair acts when the bodies meet: both are dynamic and one of them
-/// is a ball, or an impact of this step has delayed one of them.
+/// Returns whether an impact of this rigid pair acts when the bodies meet, however strong the rebound is:
+/// both are dynamic and one of them is a ball, or an impact of this step has delayed one of them.
 bool is_delayed(const Bodies& bodies, const ContactPoint& contact);
 
 /// Lets the arms of the contact lead to the place at which the bodies meet at the time `meeting` (s from the

@@ -1,5 +1,7 @@
 #include "sim/contact/response/turned_impulses.h"
 
+#include <algorithm>
+
 #include "sim/base/parallel.h"
 
 namespace duet {
@@ -26,6 +28,44 @@ bool are_two_vertices(const Vec3& a, const Vec3& b) {
   return (a - b).norm() > same_vertex * (a.norm() + b.norm());
 }
 
+// Notes at which vertex a contact on a round surface acts, and which part of its impulse is load. The rest is
+// taken to act along the normal, with the friction that is in proportion to it.
+void note_vertex(const RigidBodies& rigid, const ContactPoint& contact, ContactFrame& frame) {
+  frame.on_guest = place_on_guest(rigid, contact);
+  frame.orientation = shape_pose(rigid, as_index(contact.guest_rigid)).orientation;
+  frame.apart = contact.host_arm - contact.guest_arm;
+  frame.gap = contact.gap;
+  const double pressure = contact.impulse.dot(contact.normal);
+  if (pressure > 0)
+    frame.load = std::clamp(1 - contact.response.normal_mass * contact.landing / pressure, 0.0, 1.0);
+}
+
+// Divides the impulse of step III between the vertex A of a round surface, where it was found, and the vertex
+// B that has landed in the step, where the contact is now. The load of the step acts at A until B lands,
+// after the fraction
+//   s = b / (a + b)
+// of the step, with the gap b of B at the beginning and the gap a of A at the end, and then at B, both with
+// the arms of the middle of their times. What lets B land acts at B with the arms of the beginning: it moves
+// the bodies in the rest of the step.
+void divide_between_vertices(const RigidBodies& rigid, const ContactPoint& contact, ContactFrame& first) {
+  const Vec3 way = place_on_guest(rigid, contact) - first.on_guest;  // from A to B, m, shape space
+  const Vec3 at_start = first.orientation * way,
+             at_end = shape_pose(rigid, as_index(contact.guest_rigid)).orientation * way;
+  const double b = std::max(0.0, first.gap + first.normal.dot(at_start)),
+               a = std::max(0.0, contact.gap - contact.normal.dot(at_end));
+  const double s = a + b > 0 ? b / (a + b) : 0;
+  const Vec3 moved = contact.host_arm - contact.guest_arm - first.apart;  // of the guest along the host, m
+  const double load_of_b = 2 * (1 - s) * first.load, of_b = load_of_b + 1 - first.load;
+  const double late = of_b > 0 ? load_of_b / of_b : 0;
+  first.relieved = 2 * s * first.load * first.impulse;
+  first.relieved_host_arm = first.host_arm;
+  first.relieved_guest_arm = first.guest_arm - s / 2 * moved;
+  first.impulse *= of_b;
+  first.host_arm = (1 - late) * (first.host_arm + at_start) + late * contact.host_arm;
+  first.guest_arm =
+      (1 - late) * (first.guest_arm + at_start) + late * (contact.guest_arm + (1 - s) / 2 * moved);
+}
+
 // Adds an impulse (N s) and an angular impulse (N m s) to a rigid body.
 void add_impulses(RigidBodies& rigid, int body, const Vec3& impulse, const Vec3& angular) {
   const auto b = as_index(body);
@@ -38,10 +78,13 @@ void add_impulses(RigidBodies& rigid, int body, const Vec3& impulse, const Vec3&
 
 TurnedImpulse turned_impulse(const ContactFrame& first, const ContactPoint& contact) {
   const Vec3 turned = turned_with(first.normal, contact.normal, first.impulse);
+  const Vec3& relieved = first.relieved;
   return {.impulse = turned,
-          .to_guest = first.impulse - turned,
-          .turns_guest = first.guest_arm.cross(first.impulse) - contact.guest_arm.cross(turned),
-          .turns_host = contact.host_arm.cross(turned) - first.host_arm.cross(first.impulse)};
+          .to_guest = first.impulse - turned + relieved,
+          .turns_guest = first.guest_arm.cross(first.impulse) - contact.guest_arm.cross(turned) +
+                         first.relieved_guest_arm.cross(relieved),
+          .turns_host = contact.host_arm.cross(turned) - first.host_arm.cross(first.impulse) -
+                        first.relieved_host_arm.cross(relieved)};
 }
 
 void note_frames(const ContactGraph& graph, const Bodies& bodies, const ContactSet& contacts,
@@ -55,8 +98,11 @@ void note_frames(const ContactGraph& graph, const Bodies& bodies, const ContactS
         const ContactPoint& contact = contacts.points[as_index(i)];
         if (contact.meets_ahead) continue;
         ContactFrame& frame = frames[as_index(i)];
-        frame = {{}, contact.normal, contact.host_arm, contact.guest_arm, contact.impulse, {}};
-        if (is_on_round_surface(contact)) frame.on_guest = place_on_guest(bodies.rigid, contact);
+        frame.normal = contact.normal;
+        frame.host_arm = contact.host_arm;
+        frame.guest_arm = contact.guest_arm;
+        frame.impulse = contact.impulse;
+        if (is_on_round_surface(contact)) note_vertex(bodies.rigid, contact, frame);
         if (!contact.is_rigid_pair()) frame.place = surface_point(bodies, contact);
       }
     }
@@ -71,14 +117,16 @@ void act_at_start(std::vector<ContactFrame>& frames, ContactGraph& graph, Bodies
       ContactFrame& first = frames[as_index(i)];
       ContactPoint& contact = contacts.points[as_index(i)];
       if (first.impulse.isZero(0)) continue;
-      if (!pair.active || contact.meets_ahead || first.normal.dot(contact.normal) < min_agreement_of_frames ||
-          (is_on_round_surface(contact) &&
-           are_two_vertices(place_on_guest(bodies.rigid, contact), first.on_guest))) {
+      if (!pair.active || contact.meets_ahead || first.normal.dot(contact.normal) < min_agreement_of_frames) {
         first.impulse.setZero();
         continue;
       }
+      const Vec3 whole = first.impulse;
+      if (is_on_round_surface(contact) &&
+          are_two_vertices(place_on_guest(bodies.rigid, contact), first.on_guest))
+        divide_between_vertices(bodies.rigid, contact, first);
       const TurnedImpulse turned = turned_impulse(first, contact);
-      contact.impulse = turned.impulse;
+      contact.impulse = turned_with(first.normal, contact.normal, whole - first.relieved / 2);
       if (moves_host(bodies, contact))
         add_impulses(bodies.rigid, contact.host, -turned.to_guest, turned.turns_host);
       if (contact.is_rigid_pair()) {
@@ -104,27 +152,30 @@ Momentum moved_by_turning(const std::vector<ContactFrame>& frames, const Bodies&
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const ContactFrame& first = frames[i];
     const ContactPoint& contact = contacts.points[i];
-    if (first.impulse.isZero(0)) continue;
+    if (first.is_idle()) continue;
     const auto h = as_index(contact.host);
     const Vec3& host = bodies.rigid.state[h].pose.position;
-    Vec3 at_start, at_end;  // m, now: the places on the guest where its impulses act
+    Vec3 at_start, at_end, relieved = Vec3::Zero();  // m, now: places on the guest where its impulses act
     bool moves_guest = true;
     if (contact.is_rigid_pair()) {
       const auto g = as_index(contact.guest_rigid);
       at_start = bodies.rigid.state[g].pose.position + first.guest_arm;
       at_end = bodies.rigid.state[g].pose.position + contact.guest_arm;
+      relieved = bodies.rigid.state[g].pose.position + first.relieved_guest_arm;
       moves_guest = bodies.rigid.properties[g].is_dynamic();
     } else {
       at_start = weighted(first.place, bodies.particles.x);
       at_end = weighted(surface_point(bodies, contact), bodies.particles.x);
     }
     if (moves_guest && moves_host(bodies, contact) && bodies.rigid.properties[h].is_dynamic()) {
-      total.angular += (at_start - host - first.host_arm).cross(first.impulse);
+      total.angular += (at_start - host - first.host_arm).cross(first.impulse) +
+                       (relieved - host - first.relieved_host_arm).cross(first.relieved);
       continue;
     }
     const double sign = moves_guest ? 1 : -1;
     const Vec3 turned = turned_impulse(first, contact).impulse;
     add(moves_guest ? at_start : host + first.host_arm, sign * first.impulse);
+    add(moves_guest ? relieved : host + first.relieved_host_arm, sign * first.relieved);
     add(moves_guest ? at_end : host + contact.host_arm, -sign * turned);
   }
   return total;

@@ -13,6 +13,20 @@
 // with the impulse J (N s) on the guest, the arms a and a' (m) at the beginning and at the end of the step,
 // and the smallest rotation R that turns the normal at the beginning to that at the end. Particles of a
 // deformable guest share J and R J by the weights of the contact's place at the beginning and at the end.
+//
+// A round surface made of triangles touches with another vertex B at the end of the step than the vertex A at
+// its beginning if B lands in the step. If the contact at B bore the load of the whole step, a ball of radius
+// r that rolls would lose the fraction g dt / (1.4 r) of its energy in a second. So A bears the load for the
+// time s dt until B lands. The impulse J of step III is divided into the load J_l of half a step and the rest
+// J_b, which lets B land:
+//
+//   J = J_l + J_b,   J_b = m_n (target - target_A) n,   s = b / (a + b),
+//   A bears 2 s J_l at the time s dt / 2,   B bears J_b at 0 and 2 (1 - s) J_l at (1 + s) dt / 2,
+//
+// with the target that A would have without B, the mass m_n that resists at the contact, the gap b of B at
+// the beginning and the gap a of A at the end. The arms are those at these times. What a ball of fine facets
+// gains as it sinks from one vertex onto the next, it then gives back as it rises, also if a step leads over
+// several of them. V.4 finds the sum of the impulses at B.
 #pragma once
 
 #include <vector>
@@ -29,6 +43,19 @@ struct ContactFrame {
       guest_arm = Vec3::Zero(),  ///< m: from a rigid guest's center of mass to the contact.
       impulse = Vec3::Zero(),    ///< N s: impulse on the guest; zero if it stays at the end of the step.
       on_guest = Vec3::Zero();   ///< m, shape space of a rigid guest: the place, for those on round surfaces.
+  /// Orientation of the shape of a rigid guest, for contacts on round surfaces.
+  Quat orientation = Quat::Identity();
+  /// m: from the host's center of mass to that of a rigid guest, for contacts on round surfaces.
+  Vec3 apart = Vec3::Zero();
+  double gap = 0,  ///< m: gap of the contact.
+      load = 1;    ///< Fraction of `impulse` that would act if no other vertex of a round surface landed.
+  /// N s: impulse on the guest at a vertex that bore the load until another one landed. The frame is that of
+  /// the other one then.
+  Vec3 relieved = Vec3::Zero();
+  Vec3 relieved_host_arm = Vec3::Zero(),  ///< m: from the host's center of mass to that vertex.
+      relieved_guest_arm = Vec3::Zero();  ///< m: from the guest's center of mass to that vertex.
+  /// Returns whether nothing acts.
+  bool is_idle() const { return impulse.isZero(0) && relieved.isZero(0); }
 };
 
 /// Sets `frames` to the frames of all contacts now, with the impulses of active pairs. Impulses against
@@ -40,8 +67,8 @@ void note_frames(const ContactGraph& graph, const Bodies& bodies, const ContactS
 /// changes the velocities by the difference.
 ///
 /// Sets the impulses in `frames` to zero that stay as they are: those of inactive pairs, and of contacts that
-/// have turned by more than 26 degrees, because their normals are those of another side, and of the round
-/// surfaces of meshes that touch with another vertex now: that vertex has struck in the step.
+/// have turned by more than 26 degrees, because their normals are those of another side. Divides those of the
+/// round surfaces of meshes that touch with another vertex now, which has landed in the step.
 void act_at_start(std::vector<ContactFrame>& frames, ContactGraph& graph, Bodies& bodies,
                   ContactSet& contacts);
 
@@ -63,7 +90,7 @@ void visit_turned(const std::vector<ContactFrame>& frames, const Bodies& bodies,
                   Give&& give, GiveParticle&& give_particle) {
   for (std::size_t i = 0; i < frames.size(); ++i) {
     const ContactFrame& first = frames[i];
-    if (first.impulse.isZero(0)) continue;
+    if (first.is_idle()) continue;
     const ContactPoint& contact = contacts.points[i];
     const TurnedImpulse turned = turned_impulse(first, contact);
     if (moves_host(bodies, contact) || !bodies.rigid.properties[as_index(contact.host)].is_dynamic())

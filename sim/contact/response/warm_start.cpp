@@ -137,6 +137,18 @@ Vec3 turning_velocity(const Bodies& bodies, const std::vector<Pose>& predicted_p
   return mean - mean.dot(n) * n;
 }
 
+// Returns how the vertex at which a round surface touches now touches in the plane of `predicted`, in which
+// another vertex may have landed by then.
+Touch touch_of_vertex(const Bodies& bodies, const std::vector<Pose>& predicted_poses,
+                      const ContactPoint& contact, const Touch& predicted) {
+  const auto g = as_index(contact.guest_rigid);
+  const Vec3 now = bodies.rigid.state[g].pose.position + contact.guest_arm;
+  Touch vertex = predicted;
+  vertex.position = predicted_poses[g].to_world(shape_pose(bodies.rigid, g).to_body(now));
+  vertex.gap += predicted.normal.dot(vertex.position - predicted.position);
+  return vertex;
+}
+
 // Returns the target of a contact, m/s, by the rules of find_speculative_targets(). `culling` collects the
 // contacts of the pair.
 double target_of(const Bodies& bodies, const std::vector<Pose>& predicted_poses, double dt,
@@ -158,6 +170,11 @@ double target_of(const Bodies& bodies, const std::vector<Pose>& predicted_poses,
     return out_of_reach;
   if (forces && will_collide(bodies, contact, velocity, *forces)) return out_of_reach;
   const double target = target_velocity(bodies, contact, expected, predicted, dt);
+  if (stage == PredictionFor::motion_in_step && is_on_round_surface(contact)) {
+    const double alone = target_velocity(bodies, contact, expected,
+                                         touch_of_vertex(bodies, predicted_poses, contact, predicted), dt);
+    contact.landing = std::max(0.0, target - alone);
+  }
   if (stage == PredictionFor::motion_in_step && contact.is_rigid_pair() && std::isfinite(predicted.gap))
     contact.path_velocity += turning_velocity(bodies, predicted_poses, contact, predicted, dt);
   if (stage == PredictionFor::velocity_in_solve && !contact.is_rigid_pair())
@@ -252,13 +269,17 @@ void turn_to_middle(ContactPoint& contact) {
 
 void update_contacts(const ContactGraph& graph, const Bodies& bodies, ContactSet& contacts,
                      const std::function<bool(const ContactPair&)>& acts_at_end) {
+  const bool measured = contacts.measured.hold(bodies, contacts.points.size());
   parallel_for(graph.pairs.size(), 16, [&](std::size_t begin, std::size_t end) {
     for (std::size_t k = begin; k < end; ++k) {
       const ContactPair& pair = contacts.pairs[as_index(graph.pairs[k])];
       const bool turns = pair.guest_rigid < 0 && acts_at_end && acts_at_end(pair);
       for (int i = pair.begin; i < pair.end; ++i) {
         ContactPoint& contact = contacts.points[as_index(i)];
-        update_geometry(bodies, contact);
+        if (measured && pair.guest_rigid < 0 && contact.plane_frame.kind == PlaneFrame::Kind::host)
+          update_geometry(bodies, contacts.measured.touch[as_index(i)], contact);
+        else
+          update_geometry(bodies, contact);
         if (turns) turn_to_middle(contact);
       }
     }

@@ -400,12 +400,26 @@ void add_articulation(const Scene& scene, const EffectSet& plan, const std::vect
   world.last_step.control_angle = starting_angles(bodies.articulation, bodies.rigid);
 }
 
+// Returns the factor on the tolerance of implicit steps: sqrt(L / 1 m) for the diameter L of the smallest
+// deformable body, at most 1. Small bodies move slowly, and the tolerance must be small beside their
+// velocities: those of bodies of all sizes that fall and spin alike are as sqrt(g L).
+double implicit_tolerance_factor(const Bodies& bodies) {
+  double least = 1;  // m
+  for (const duet::DeformableBody& body : bodies.deformable) {
+    Eigen::AlignedBox3d box;
+    for_each_particle(body, [&](std::size_t p) { box.extend(bodies.particles.x[p]); });
+    if (const double diameter = box.diagonal().norm(); diameter > 0) least = std::min(least, diameter);
+  }
+  return std::sqrt(least);
+}
+
 // Sets the settings of the step, and what its first step reads of a last one.
 void prepare_steps(const Scene& scene, const EffectSet& plan, World& world) {
   Bodies& bodies = world.bodies;
   world.plan = plan;
   world.gravity = scene.gravity;
   world.settings = step_settings(scene.solver);
+  if (world.settings.implicit_elasticity) world.settings.cg_tolerance *= implicit_tolerance_factor(bodies);
   if (scene.solver.compression == Compression::damped && !world.settings.implicit_elasticity)
     bodies.forces.rely_on_damping(scene.solver.cfl, scene.solver.relaxation);
   world.settings.collision.rigid_pairs = world.has(Effect::rigid_collision);
