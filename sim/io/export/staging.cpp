@@ -2,15 +2,19 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <charconv>
+#include <optional>
+#include <string>
 #include <system_error>
 #include <utility>
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
 #include <unistd.h>
 
 #include "sim/base/files.h"
+#include "sim/base/hash.h"
+#include "sim/io/run_claim.h"
 
 namespace duet::io {
 namespace {
@@ -18,30 +22,39 @@ namespace {
 // Bytes that an OutputFile gathers for a call of the system. A larger buffer would save few calls.
 constexpr std::size_t buffer_bytes = 1 << 20;
 
-// Opens the file or folder and locks it. The lock lasts until the descriptor is closed or the program ends,
-// however it ends. Returns the descriptor; -1 if another program holds the lock or opening fails.
-int hold(const fs::path& path, int flags) {
-  const int file = ::open(path.c_str(), flags | O_CLOEXEC, 0666);
-  // File systems without locks fail in other ways, which are ignored: the lock is only a safeguard.
-  if (file < 0 || ::flock(file, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return file;
-  ::close(file);
-  return -1;
+// Returns what tells the files of this process from those of all others, also on other machines that share
+// the folder: "MACHINE-PROCESS-START".
+std::string own_mark() {
+  const ProcessName self = this_process();
+  return fmt::format("{:016x}-{}-{}", hash_bytes(self.machine.data(), self.machine.size()), self.process,
+                     self.start);
 }
 
-// Removes files and folders that killed programs left while they wrote this target: their names end in the
-// number of a process, and no program holds them.
+// Reads a mark. Returns the process if it is one of this machine; none for others, and for any other text.
+std::optional<ProcessName> process_in(const std::string& mark) {
+  ProcessName process = this_process();
+  const std::string machine =
+      fmt::format("{:016x}-", hash_bytes(process.machine.data(), process.machine.size()));
+  if (!mark.starts_with(machine)) return std::nullopt;
+  const char* end = mark.data() + mark.size();
+  const auto number = std::from_chars(mark.data() + machine.size(), end, process.process);
+  if (number.ec != std::errc() || number.ptr == end || *number.ptr != '-') return std::nullopt;
+  const auto start = std::from_chars(number.ptr + 1, end, process.start);
+  if (start.ec != std::errc() || start.ptr != end) return std::nullopt;
+  return process;
+}
+
+// Removes files and folders that killed programs left while they wrote this target. Those of programs on
+// other machines, of which this one cannot tell whether they live, stay.
 void remove_abandoned(const fs::path& target) {
   const std::string begin = target.filename().string() + temporary_mark;
   for (const fs::path& path : files_in(target.has_parent_path() ? target.parent_path() : ".")) {
     const std::string name = path.filename().string();
-    if (!name.starts_with(begin) || name.size() == begin.size() ||
-        name.find_first_not_of("0123456789", begin.size()) != std::string::npos)
-      continue;
-    const int file = hold(path, O_RDONLY);
-    if (file < 0) continue;
+    if (!name.starts_with(begin)) continue;
+    const std::optional<ProcessName> writer = process_in(name.substr(begin.size()));
+    if (!writer || life_of(*writer) != Life::ended) continue;
     std::error_code none;
     fs::remove_all(path, none);
-    ::close(file);
   }
 }
 
@@ -49,7 +62,7 @@ void remove_abandoned(const fs::path& target) {
 
 Staging::Staging(const fs::path& target, Kind kind, OldTarget old_target)
     : target_(target.filename().empty() ? target.parent_path() : target),
-      path_(target_.string() + temporary_mark + std::to_string(::getpid())),
+      path_(target_.string() + temporary_mark + own_mark()),
       old_target_(old_target) {
   const bool is_folder = kind == Kind::folder;
   if (old_target == OldTarget::is_kept && fs::exists(fs::symlink_status(target_)))
@@ -65,22 +78,22 @@ Staging::Staging(const fs::path& target, Kind kind, OldTarget old_target)
                             target_.string(), is_folder ? "folder" : "file", is_folder ? "file" : "folder"));
   if (target_.has_parent_path()) create_folder(target_.parent_path());
   remove_abandoned(target_);
-  if (is_folder) create_folder(path_);
-  held_ = hold(path_, is_folder ? O_RDONLY | O_DIRECTORY : O_RDWR | O_CREAT);
-  if (held_ < 0) throw system_error(path_, "cannot write", errno);
+  if (is_folder)
+    create_folder(path_);
+  else
+    OutputFile(path_).close();
 }
 
 Staging::~Staging() {
   std::error_code none;
   if (!is_finished_) fs::remove_all(path_, none);
-  if (held_ >= 0) ::close(held_);
 }
 
 void Staging::finish() {
   std::error_code error;
   // The system cannot replace a folder that has files in one call, so the old target is renamed first, and
   // removed last.
-  const fs::path aside = target_.string() + temporary_mark + std::to_string(::getpid()) + "-before";
+  const fs::path aside = path_.string() + "-before";
   const bool replaces = old_target_ == OldTarget::is_replaced && fs::exists(fs::symlink_status(target_));
   if (replaces) fs::rename(target_, aside, error);
   if (!error) fs::rename(path_, target_, error);

@@ -12,7 +12,8 @@ namespace duet::io {
 namespace fs = std::filesystem;
 
 /// A file or folder that takes the name of its target once it is whole. Until finish() it has another name
-/// beside the target, "run.glb.tmp4711" with the number of the process, and the destructor removes it.
+/// beside the target, "run.glb.tmpMACHINE-PROCESS-START", which no other process on any machine has, and the
+/// destructor removes it. No lock of the file system is needed.
 class Staging {
  public:
   /// What the target is.
@@ -23,9 +24,10 @@ class Staging {
     is_replaced  ///< finish() removes it.
   };
 
-  /// Creates an empty file or folder beside the target. Removes files and folders that killed programs left
-  /// beside this target. Throws Error (usage) if the target is there and is to be kept, or if it is a folder
-  /// instead of a file or the other way round. Throws FileError if nothing can be written there.
+  /// Creates an empty file or folder beside the target. Removes files and folders that killed programs of
+  /// this machine left beside this target. Throws Error (usage) if the target is there and is to be kept, or
+  /// if it is a folder instead of a file or the other way round. Throws FileError if nothing can be written
+  /// there.
   Staging(const fs::path& target, Kind kind, OldTarget old_target);
   /// Removes the file or folder unless it has been finished.
   ~Staging();
@@ -44,7 +46,6 @@ class Staging {
   const fs::path target_, path_;
   const OldTarget old_target_;
   bool is_finished_ = false;
-  int held_ = -1;  // descriptor of the file or folder, locked so that other programs do not remove it
 };
 
 /// A file that is written in pieces, through a buffer.
