@@ -1,8 +1,11 @@
 // Tests of commands that several programs carry out on one run at the same time, and of the scripts of `duet
 // farm`. tools/farm-test tries the engines Slurm and GNU parallel.
 #include <algorithm>
+#include <cmath>
 #include <csignal>
+#include <limits>
 #include <map>
+#include <sstream>
 
 #include "tests/restart/program.h"
 #include "tests/restart/simulated_run.h"
@@ -11,6 +14,7 @@
 #include <nlohmann/json.hpp>
 
 #include "sim/base/files.h"
+#include "sim/base/types.h"
 #include "sim/io/run_check.h"
 #include "sim/io/run_claim.h"
 #include "sim/io/run_journal.h"
@@ -170,6 +174,60 @@ TEST_F(Farm, VariationsAreCollectedAndFailuresNamed) {
   EXPECT_TRUE(contains(table, "\"[0, 1.5, 0]\",1,failed,")) << table;
   EXPECT_TRUE(io::holds_bytes(folder / "sheet.png"));
   EXPECT_TRUE(contains(io::read_file(folder / "results.html"), "kinetic energy at the end (J)"));
+}
+
+// Returns the numbers of a body in a row of bodies.csv; NaN where a field is empty.
+std::vector<double> numbers_of(const std::string& line, const std::string& body) {
+  std::vector<double> numbers;
+  const std::size_t at = line.find("," + body + ",");
+  if (at == std::string::npos) return numbers;
+  std::istringstream fields(line.substr(at + body.size() + 2) + ",");
+  for (std::string field; std::getline(fields, field, ',');)
+    numbers.push_back(field.empty() ? std::numeric_limits<double>::quiet_NaN() : std::stod(field));
+  return numbers;
+}
+
+// The ball of the first run is thrown up and falls back, that of the second one is thrown sideways: both move
+// as the formulas of a throw say. The cube stands on the ground.
+TEST_F(Farm, TheTableOfBodiesSaysWhereTheyCame) {
+  const std::vector<Vec3> thrown = {{0, 0.8, 0}, {3, 0, 0}};
+  const Finished farmed = farm({"--engine", "local", "--frames", "4", "--submit", "--vary",
+                                "rigid.ball.velocity=[0, 0.8, 0],[3, 0, 0]"});
+  ASSERT_EQ(farmed.status, 0) << farmed.errors;
+  const std::string table = io::read_file(folder / "bodies.csv");
+  EXPECT_EQ(row(table, 0),
+            "run,rigid.ball.velocity,frames,body,kind,x,y,z,moved,travelled,speed,top_speed,spin");
+  EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 5) << table;
+  for (int run = 0; run < 2; ++run) {
+    const auto place = [&](int frame) -> Vec3 {
+      const double t = frame / 24.0;
+      return Vec3(0.05, 1, 0) + t * thrown[static_cast<std::size_t>(run)] - 9.8 * t * t / 2 * Vec3::UnitY();
+    };
+    const auto velocity = [&](int frame) -> Vec3 {
+      return thrown[static_cast<std::size_t>(run)] - 9.8 * frame / 24.0 * Vec3::UnitY();
+    };
+    double path = 0, fastest = 0;
+    for (int frame = 1; frame <= 4; ++frame) path += (place(frame) - place(frame - 1)).norm();
+    for (int frame = 0; frame <= 4; ++frame) fastest = std::max(fastest, velocity(frame).norm());
+    const std::vector<double> expected = {
+        place(4).x(), place(4).y(),       place(4).z(), (place(4) - place(0)).norm(),
+        path,         velocity(4).norm(), fastest,      0};
+    const std::vector<double> ball = numbers_of(row(table, 2 * run + 1), "ball,rigid"),
+                              cube = numbers_of(row(table, 2 * run + 2), "cube,deformable");
+    ASSERT_EQ(ball.size(), expected.size()) << table;
+    for (std::size_t i = 0; i < ball.size(); ++i) EXPECT_NEAR(ball[i], expected[i], 1e-6) << run << " " << i;
+    ASSERT_EQ(cube.size(), expected.size()) << table;
+    EXPECT_NEAR(cube[1], 0.25, 0.01);
+    EXPECT_LT(cube[4], 0.03) << "its path";
+    EXPECT_TRUE(std::isnan(cube[7])) << "a deformable body has no spin";
+  }
+  const std::string page = io::read_file(folder / "results.html");
+  for (const char* text : {"ball: path (m)", "cube: place at the end (m)", "largest speed (m/s)"})
+    EXPECT_TRUE(contains(page, text)) << text;
+  io::remove_file(folder / "runs/0002/values/0003.npy");
+  ASSERT_EQ(run_duet({"farm", "--collect", out.string()}).status, 0);
+  EXPECT_EQ(row(io::read_file(folder / "bodies.csv"), 3), "") << "the motion of the second run is not whole";
+  EXPECT_TRUE(contains(io::read_file(folder / "results.html"), "Run 2: ")) << "the page says why";
 }
 
 // The second run has another value than before: its frames are removed, and start.sh simulates it anew.

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <set>
 
 #include "tools/farm/status.h"
@@ -26,9 +28,11 @@
 namespace duet::farm {
 namespace {
 
-constexpr int thumbnail_width = 320;      // pixels; smallest width of a picture on the sheet
-constexpr std::size_t max_lines = 16;     // lines of a chart that can be told apart
-constexpr std::size_t max_on_page = 200;  // pictures on the page; the sheet has all
+constexpr int thumbnail_width = 320;       // pixels; smallest width of a picture on the sheet
+constexpr std::size_t max_lines = 16;      // lines of a chart that can be told apart
+constexpr std::size_t max_bodies = 6;      // bodies in tables and charts of the page; bodies.csv has all
+constexpr double least_difference = 1e-6;  // m, m/s, rad/s; of bodies; smaller ones count as none
+constexpr std::size_t max_on_page = 200;   // pictures on the page; the sheet has all
 
 // The error of a variation whose folder holds another run.
 constexpr const char* other_settings = "the folder holds a run of another scene or other settings";
@@ -106,31 +110,41 @@ std::string label(const PlannedRun& run, std::size_t first = 0) {
   return text;
 }
 
-// Returns a chart of a result over the first key, if its values are numbers, or over the number of the run.
-// Runs that differ in the first key only are a line.
-study::Chart chart_of(const std::vector<VariationResult>& rows, std::size_t index) {
+// A number of each variation, of which a chart shows one or several.
+struct Shown {
+  std::string name;  // in the legend; empty: the chart has no other
+  std::function<double(const VariationResult&)> number;
+};
+
+// Returns a chart over the first key, if its values are numbers, or over the number of the run. Runs that
+// differ in the first key only are a line, as far as the lines can be told apart.
+study::Chart chart_of(const std::vector<VariationResult>& rows, const Result& result,
+                      const std::vector<Shown>& shown) {
   study::Chart chart;
-  chart.name = results()[index].name;
-  chart.title = chart.y_label = results()[index].title;
+  chart.name = result.name;
+  chart.title = chart.y_label = result.title;
   const bool has_numbers = std::all_of(rows.begin(), rows.end(), [](const VariationResult& row) {
     return parse_number(row.run->values.front().second).has_value();
   });
   std::map<std::string, study::Series> lines;
   std::set<std::string> others;
   for (const VariationResult& row : rows) others.insert(has_numbers ? label(*row.run, 1) : "");
-  const bool is_split = has_numbers && others.size() <= max_lines;
+  const bool is_split = has_numbers && others.size() * shown.size() <= max_lines;
   chart.x_label = has_numbers ? rows.front().run->values.front().first : "number of the run";
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const VariationResult& row = rows[i];
     if (row.state == "failed") chart.failed.push_back(label(*row.run));
     if (row.frames < 0) continue;
-    const std::string name = is_split ? label(*row.run, 1) : "";
-    study::Series& line =
-        lines.try_emplace(name, study::Series{name.empty() ? "runs" : name, {}, is_split}).first->second;
-    line.points.push_back(
-        {has_numbers ? *parse_number(row.run->values.front().second) : static_cast<double>(i + 1),
-         row.numbers[index],
-         {}});
+    for (const Shown& one : shown) {
+      std::string name = is_split ? label(*row.run, 1) : "";
+      if (!one.name.empty()) name = one.name + (name.empty() ? "" : ": " + name);
+      study::Series& line =
+          lines.try_emplace(name, study::Series{name.empty() ? "runs" : name, {}, is_split}).first->second;
+      line.points.push_back(
+          {has_numbers ? *parse_number(row.run->values.front().second) : static_cast<double>(i + 1),
+           one.number(row),
+           {}});
+    }
   }
   for (auto& [name, line] : lines) {
     std::stable_sort(line.points.begin(), line.points.end(),
@@ -138,6 +152,14 @@ study::Chart chart_of(const std::vector<VariationResult>& rows, std::size_t inde
     chart.series.push_back(std::move(line));
   }
   return chart;
+}
+
+// Returns whether a number differs by more than `least` between the variations that have it.
+bool differs(const std::vector<VariationResult>& rows, const Shown& shown, double least) {
+  std::set<double> found;
+  for (const VariationResult& row : rows)
+    if (const double value = shown.number(row); std::isfinite(value)) found.insert(value);
+  return !found.empty() && *found.rbegin() - *found.begin() > least;
 }
 
 study::Chart energy_chart(const std::vector<VariationResult>& rows) {
@@ -186,14 +208,26 @@ std::vector<study::Page::Picture> write_pictures(const std::vector<VariationResu
   return pictures;
 }
 
-void add_table(const std::vector<VariationResult>& rows, study::Page& page) {
+// Begins the row of a variation: its number and values.
+std::vector<std::string> row_of(std::size_t index, const VariationResult& row) {
+  std::vector<std::string> line = {std::to_string(index + 1)};
+  for (const auto& [key, value] : row.run->values) line.push_back(value);
+  return line;
+}
+
+// Begins a table with the heads of row_of().
+std::vector<std::vector<std::string>> table_of(const std::vector<VariationResult>& rows) {
   std::vector<std::vector<std::string>> table(1, {"run"});
   for (const auto& [key, value] : rows.front().run->values) table[0].push_back(key);
+  return table;
+}
+
+void add_table(const std::vector<VariationResult>& rows, study::Page& page) {
+  std::vector<std::vector<std::string>> table = table_of(rows);
   for (const char* head : {"state", "frames"}) table[0].emplace_back(head);
   for (const Result& result : results()) table[0].emplace_back(result.title);
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    std::vector<std::string> line = {std::to_string(i + 1)};
-    for (const auto& [key, value] : rows[i].run->values) line.push_back(value);
+    std::vector<std::string> line = row_of(i, rows[i]);
     line.push_back(rows[i].state);
     line.push_back(std::to_string(std::max(rows[i].frames, 0)));
     if (!rows[i].error.empty())
@@ -204,6 +238,138 @@ void add_table(const std::vector<VariationResult>& rows, study::Page& page) {
   }
   page.table(table);
 }
+
+// Returns a number of a body of a variation; NaN if that has no such body.
+double body_number(const VariationResult& row, const std::string& body, BodyNumber number) {
+  for (const BodyResult& found : row.bodies)
+    if (found.name == body) return found.numbers[number];
+  return NAN;
+}
+
+// A body of the variations.
+struct KnownBody {
+  std::string name;
+  double least = std::numeric_limits<double>::infinity(), most = -least;  // length of its paths, m
+};
+
+// Returns the bodies of all variations, in the order of their scenes.
+std::vector<KnownBody> known_bodies(const std::vector<VariationResult>& rows) {
+  std::vector<KnownBody> bodies;
+  std::map<std::string, std::size_t> places;
+  for (const VariationResult& row : rows)
+    for (const BodyResult& body : row.bodies) {
+      const auto [place, is_new] = places.try_emplace(body.name, bodies.size());
+      if (is_new) bodies.push_back({body.name});
+      KnownBody& known = bodies[place->second];
+      known.least = std::min(known.least, body.numbers[travelled]);
+      known.most = std::max(known.most, body.numbers[travelled]);
+    }
+  return bodies;
+}
+
+// Returns the names of those bodies that the page shows: the ones whose paths differ most between the
+// variations, in the order of the scene.
+std::vector<std::string> shown_bodies(const std::vector<KnownBody>& bodies) {
+  std::vector<std::size_t> order(bodies.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return bodies[a].most - bodies[a].least > bodies[b].most - bodies[b].least;
+  });
+  order.resize(std::min(order.size(), max_bodies));
+  std::sort(order.begin(), order.end());
+  std::vector<std::string> shown;
+  for (const std::size_t index : order) shown.push_back(bodies[index].name);
+  return shown;
+}
+
+// Returns a number of a body as text; what is smaller than tables of bodies tell is 0.
+std::string body_text(double value) {
+  return std::abs(value) < least_difference ? "0" : study::number_text(value);
+}
+
+// Returns the place of a body at the end of a variation: "1.2, 0.5, 0"; empty if it is not known.
+std::string place_text(const VariationResult& row, const std::string& body) {
+  std::string text;
+  for (const BodyNumber axis : {place_x, place_y, place_z}) {
+    const double value = body_number(row, body, axis);
+    if (!std::isfinite(value)) return {};
+    text += (text.empty() ? "" : ", ") + body_text(value);
+  }
+  return text;
+}
+
+// Appends the table of the bodies that the page shows, of `all`.
+void add_bodies(const std::vector<VariationResult>& rows, const std::vector<std::string>& shown,
+                std::size_t all, study::Page& page) {
+  std::vector<std::vector<std::string>> table = table_of(rows);
+  for (const std::string& body : shown)
+    for (const char* head : {"place at the end (m)", "path (m)", "speed at the end (m/s)"})
+      table[0].push_back(fmt::format("{}: {}", body, head));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    std::vector<std::string> line = row_of(i, rows[i]);
+    for (const std::string& body : shown) {
+      line.push_back(place_text(rows[i], body));
+      for (const BodyNumber number : {travelled, speed})
+        line.push_back(body_text(body_number(rows[i], body, number)));
+    }
+    table.push_back(std::move(line));
+  }
+  page.heading("Bodies");
+  page.text(all == shown.size()
+                ? "bodies.csv has more numbers of each."
+                : fmt::format("{} of {} bodies: those whose paths differ most. bodies.csv has all.",
+                              shown.size(), all));
+  if (!shown.empty()) page.table(table);
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    if (!rows[i].no_bodies.empty()) page.text(fmt::format("Run {}: {}", i + 1, rows[i].no_bodies));
+}
+
+// Returns whether a body moves on a straight line in all variations, so that its path is as long as its way.
+bool moves_straight(const std::vector<VariationResult>& rows, const std::string& body) {
+  return std::none_of(rows.begin(), rows.end(), [&](const VariationResult& row) {
+    return body_number(row, body, travelled) - body_number(row, body, moved) > least_difference;
+  });
+}
+
+// Appends the charts of numbers that differ between the variations.
+void add_charts(const std::vector<VariationResult>& rows, const std::vector<std::string>& bodies,
+                const fs::path& folder, study::Page& page) {
+  page.heading("Charts");
+  for (const BodyNumber number : {moved, travelled, speed, top_speed, spin}) {
+    std::vector<Shown> shown;
+    for (const std::string& body : bodies) {
+      if (number == travelled && moves_straight(rows, body)) continue;  // that would be the chart before
+      Shown one{body, [body, number](const VariationResult& row) { return body_number(row, body, number); }};
+      if (differs(rows, one, least_difference)) shown.push_back(std::move(one));
+    }
+    const Result& result = body_results()[number];
+    if (!shown.empty()) page.chart(study::draw(chart_of(rows, result, shown), folder));
+  }
+  for (std::size_t i = 0; i < results().size(); ++i)
+    if (const Shown shown{"", [i](const VariationResult& row) { return row.numbers[i]; }};
+        differs(rows, shown, 0))
+      page.chart(study::draw(chart_of(rows, results()[i], {shown}), folder));
+  const study::Chart chart = energy_chart(rows);
+  if (!chart.series.empty() && chart.series.size() <= max_lines) page.chart(study::draw(chart, folder));
+}
+
+// Sets what became of the bodies of a run that has frames.
+void take_bodies(const io::RunDirectory& run, VariationResult& row) {
+  try {
+    row.bodies = read_bodies(run, row.frames);
+  } catch (const FileError& error) {
+    row.no_bodies = error.what();
+  }
+}
+
+// Returns the beginning of a head line of CSV: "run,", then the keys.
+std::string csv_head(const Plan& plan, const std::string& first) {
+  std::string text = first;
+  for (const auto& [key, value] : plan.runs.front().values) text += fmt::format(",{}", field(key));
+  return text;
+}
+
+std::string csv_number(double value) { return std::isfinite(value) ? fmt::format(",{}", value) : ","; }
 
 }  // namespace
 
@@ -244,6 +410,7 @@ std::vector<VariationResult> read_results(const Plan& plan) {
         for (const nlohmann::json& frame : frames)
           row.energy.emplace_back(number(frame, "time"), energy(frame));
         row.picture = last_picture(run);
+        take_bodies(run, row);
       }
     } catch (const FileError& error) {
       if (row.error.empty()) row.error = error.what();
@@ -257,9 +424,7 @@ std::vector<VariationResult> read_results(const Plan& plan) {
 }
 
 std::string results_csv(const Plan& plan, const std::vector<VariationResult>& rows) {
-  std::string text = "run,folder";
-  for (const auto& [key, value] : plan.runs.front().values) text += fmt::format(",{}", field(key));
-  text += ",state,error,frames";
+  std::string text = csv_head(plan, "run,folder") + ",state,error,frames";
   for (const Result& result : results()) text += fmt::format(",{}", result.name);
   text += ",hash\n";
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -267,38 +432,49 @@ std::string results_csv(const Plan& plan, const std::vector<VariationResult>& ro
     text += fmt::format("{},{}", i + 1, field(row.run->folder.string()));
     for (const auto& [key, value] : row.run->values) text += fmt::format(",{}", field(value));
     text += fmt::format(",{},{},{}", row.state, field(row.error), row.frames);
-    for (const double value : row.numbers) text += std::isfinite(value) ? fmt::format(",{}", value) : ",";
+    for (const double value : row.numbers) text += csv_number(value);
     text += fmt::format(",{}\n", row.hash);
   }
   return text;
 }
 
+std::string bodies_csv(const Plan& plan, const std::vector<VariationResult>& rows) {
+  std::string text = csv_head(plan, "run") + ",frames,body,kind";
+  for (const Result& result : body_results()) text += fmt::format(",{}", result.name);
+  text += '\n';
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    std::string begin = std::to_string(i + 1);
+    for (const auto& [key, value] : rows[i].run->values) begin += fmt::format(",{}", field(value));
+    for (const BodyResult& body : rows[i].bodies) {
+      text += fmt::format("{},{},{},{}", begin, rows[i].frames, field(body.name), body.kind);
+      for (const double value : body.numbers) text += csv_number(value);
+      text += '\n';
+    }
+  }
+  return text;
+}
+
 std::vector<fs::path> collect(const Plan& plan, const std::vector<VariationResult>& rows) {
-  const fs::path table = plan.folder / "results.csv", sheet = plan.folder / "sheet.png",
-                 file = plan.folder / "results.html", charts = plan.folder / "charts";
+  const fs::path table = plan.folder / "results.csv", body_table = plan.folder / "bodies.csv",
+                 sheet = plan.folder / "sheet.png", file = plan.folder / "results.html",
+                 charts = plan.folder / "charts";
   io::create_folder(charts);
   io::write_atomically(table, results_csv(plan, rows));
-  std::vector<fs::path> written = {table};
+  io::write_atomically(body_table, bodies_csv(plan, rows));
+  std::vector<fs::path> written = {table, body_table};
   const std::vector<study::Page::Picture> pictures = write_pictures(rows, charts, sheet);
   if (!pictures.empty()) written.push_back(sheet);
   study::Page page(fmt::format("{}: {} variations", plan.name, rows.size()));
   page.heading("Results");
   add_table(rows, page);
+  const std::vector<KnownBody> all = known_bodies(rows);
+  const std::vector<std::string> shown = shown_bodies(all);
+  add_bodies(rows, shown, all.size(), page);
   if (!pictures.empty()) {
     page.heading("Last pictures");
     page.pictures(pictures);
   }
-  page.heading("Charts");
-  for (std::size_t i = 0; i < results().size(); ++i) {
-    const auto values = [&](const VariationResult& row) { return row.numbers[i]; };
-    const auto same = [&](const VariationResult& row) {
-      return !std::isfinite(values(row)) || values(row) == values(rows.front());
-    };
-    if (!std::all_of(rows.begin(), rows.end(), same)) page.chart(study::draw(chart_of(rows, i), charts));
-  }
-  if (const study::Chart chart = energy_chart(rows);
-      !chart.series.empty() && chart.series.size() <= max_lines)
-    page.chart(study::draw(chart, charts));
+  add_charts(rows, shown, charts, page);
   io::write_atomically(file, page.html());
   written.push_back(file);
   return written;
