@@ -192,12 +192,15 @@ Outcome print_status(const farm::Plan& plan, bool json) {
     print(status_text(plan, status));
   const bool is_study = plan.kind == farm::Kind::study;
   const bool is_done = is_study ? status.points >= plan.points : done == plan.runs.size();
+  const fs::path page = plan.folder / "results.html";
+  const bool has_page = plan.kind == farm::Kind::variations && running == 0 && fs::exists(page);
   const std::string text =
-      fmt::format("{} of {} {}{}{}", is_study ? static_cast<std::size_t>(status.points) : done,
+      fmt::format("{} of {} {}{}{}{}", is_study ? static_cast<std::size_t>(status.points) : done,
                   is_study ? static_cast<std::size_t>(plan.points) : plan.runs.size(),
                   is_study ? "runs have a result" : "runs are simulated and drawn",
                   running > 0 ? ", " + counted(running, "task") + " at work" : "",
-                  failed > 0 ? ", " + counted(failed, "task") + " failed" : "");
+                  failed > 0 ? ", " + counted(failed, "task") + " failed" : "",
+                  has_page ? "; results in " + page.string() : "");
   return {failed > 0 ? ExitStatus::simulation : is_done ? ExitStatus::done : ExitStatus::unfinished, text};
 }
 

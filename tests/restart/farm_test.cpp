@@ -160,7 +160,8 @@ TEST_F(Farm, VariationsAreCollectedAndFailuresNamed) {
   const Finished farmed = farm({"--engine", "local", "--frames", "2", "--submit", "--vary",
                                 "rigid.ball.position=[0, 1.5, 0]", "--vary", "solver.max_substeps=1,100000"});
   EXPECT_EQ(farmed.status, 3) << farmed.errors;
-  EXPECT_TRUE(contains(farmed.last_line(), "1 of 2 runs are simulated and drawn, 1 task failed"))
+  EXPECT_TRUE(contains(farmed.last_line(), "1 of 2 runs are simulated and drawn, 1 task failed; results in " +
+                                               (folder / "results.html").string()))
       << farmed.last_line();
   const auto named = std::count_if(farmed.output.begin(), farmed.output.end(), [](const std::string& line) {
     return line.starts_with("failed: simulate-") && contains(line, "status 3: ") &&

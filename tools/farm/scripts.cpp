@@ -79,7 +79,7 @@ task() {
 # leave NAME STATUS LOG: writes the state of a task under a name that no other process uses, and renames it.
 leave() {
   local new="$farm/logs/$1.state.$HOSTNAME.$$"
-  printf '%s %s %s %s %s\n' "$2" "${SLURMD_NODENAME:-$HOSTNAME}" "$$" "$(date +%s)" "$3" >"$new"
+  printf '%s %s %s %(%s)T %s\n' "$2" "${SLURMD_NODENAME:-$HOSTNAME}" "$$" -1 "$3" >"$new"
   mv -f -- "$new" "$farm/logs/$1.state"
 }
 
