@@ -1,5 +1,6 @@
 // Step II: collisions (paper section 4).
 #include "sim/contact/detection/impact_plane.h"
+#include "sim/contact/push_out/held_places.h"
 #include "sim/contact/push_out/pinching.h"
 #include "sim/step/step.h"
 
@@ -13,6 +14,7 @@ void find_contacts(World& world, StepContext& context) {
                      world.gravity.norm() * context.dt * context.dt, context.contact.contacts);
   context.contact.contacts.pinches.clear();
   yield_where_pinched(world.bodies, context.dt, context.contact.contacts, &context.contact.contacts.pinches);
+  yield_where_held(world.bodies, context.contact.contacts);
 }
 
 void return_to_start(World& world, StepContext& context) {

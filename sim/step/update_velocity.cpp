@@ -1,5 +1,6 @@
 // Step V.2 to V.4: velocities (paper section 7).
 #include "sim/contact/detection/impact_plane.h"
+#include "sim/contact/push_out/held_places.h"
 #include "sim/contact/push_out/pinching.h"
 #include "sim/step/step.h"
 
@@ -105,6 +106,7 @@ void prepare_contacts_at_end(World& world, StepContext& context) {
   find_impact_planes(world.bodies, context.states.v_hat_n, context.dt, world.settings.orientation,
                      world.gravity.norm() * context.dt * context.dt, contact.contacts);
   yield_where_pinched(world.bodies, context.dt, contact.contacts, nullptr);
+  yield_where_held(world.bodies, contact.contacts);
   find_speculative_targets(context.dt, world.settings.orientation, contact.graph, world.bodies,
                            contact.contacts, PredictionFor::velocity_at_end,
                            world.settings.collision.rigid_pairs ? &context.states.difference : nullptr);

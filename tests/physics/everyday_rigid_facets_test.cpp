@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "tests/support/everyday.h"
+#include "tests/support/full.h"
 #include "tests/support/margin.h"
 #include "tests/support/meshes.h"
 #include <fmt/format.h>
@@ -35,16 +36,16 @@ double kept_by_facets(int corners, double r, double k, double v, double t) {
   return ((k + 1) * r * w * r * w / 2 - gravity * r * (1 - std::cos(a))) / ((k + 1) * v * v / 2);
 }
 
-// Returns a ball of triangles that rolls along x about its poles, with the speed sqrt(r g) / 3, at which its
-// corners do not leave the ground.
-scene::Scene rolling_ball(int columns, double radius, test::Support support, double step) {
+// Returns a body of triangles with the axis y and the radius r that rolls along x, with the speed sqrt(r g) /
+// 3, at which its corners do not leave the ground.
+scene::Scene rolling(const TriangleMesh& mesh, double radius, test::Support support, double step) {
   scene::Scene scene = test::free_space();
   scene.gravity = Vec3(0, -gravity, 0);
   scene.fps = 24 * std::sqrt(0.3 / radius);
   if (step > 0) scene.solver.max_time_step = step * std::sqrt(radius / 0.3);
   test::add_support(scene, support, 2 * radius);
-  const auto mesh = std::make_shared<TriangleMesh>(test::ball_mesh(radius, columns, columns / 2));
-  scene::RigidBody& ball = test::add_mesh(scene, "body", mesh, 1, 1000 * radius * radius * radius);
+  scene::RigidBody& ball =
+      test::add_mesh(scene, "body", std::make_shared<TriangleMesh>(mesh), 1, 1000 * radius * radius * radius);
   ball.placement.position.y() = radius;
   ball.placement.orientation = Quat(Eigen::AngleAxisd(double{EIGEN_PI} / 2, Vec3::UnitX()));
   ball.placement.velocity = std::sqrt(radius * gravity) / 3 * Vec3::UnitX();
@@ -58,6 +59,11 @@ scene::Scene rolling_ball(int columns, double radius, test::Support support, dou
     scene.ground->restitution = 0;
   }
   return scene;
+}
+
+// Returns a ball of triangles that rolls about its poles.
+scene::Scene rolling_ball(int columns, double radius, test::Support support, double step) {
+  return rolling(test::ball_mesh(radius, columns, columns / 2), radius, support, step);
 }
 
 // What a ball keeps of its energy.
@@ -140,6 +146,31 @@ TEST(EverydayRigidFacets, ABallRollsAsItsFacetsAllow) {
         }
 }
 
+// So do drums, which touch with the corners of both rims. If each of these corners bore the load of the step
+// in which it lands, a drum of 128 sides would keep 0.49 of the 0.94 that is right in steps of the rule.
+// Sharper polygons than 13 sides are no round bodies. The bounds are one and a half times what is measured.
+TEST(EverydayRigidFacets, ADrumRollsAsItsSidesAllow) {
+  test::Cases cases(7);
+  for (const int columns : {24, 64, 128})
+    for (const double width : {0.1, 1.0})
+      for (const double radius : {0.01, 0.3, 20.0})
+        for (const test::Support support : {test::Support::ground, test::Support::mesh})
+          for (const double step : {0.0, 4e-3, 1e-3}) {
+            if (!cases.takes()) continue;
+            const scene::Scene scene =
+                rolling(test::drum_mesh(radius, width * radius, columns), radius, support, step);
+            const double gyration = (2 + std::cos(2 * double{EIGEN_PI} / columns)) / 6;
+            const double exact =
+                kept_by_facets(columns, radius, gyration, std::sqrt(radius * gravity) / 3, 24 / scene.fps);
+            const std::string what =
+                fmt::format("drum of {} sides, width {} and radius {} m on {} in steps of {} s", columns,
+                            width, radius, test::name_of(support), step);
+            const Kept rolled = kept(scene);
+            test::expect_below(std::abs(rolled.energy - exact), 0.02, "error of " + what);
+            test::expect_below(rolled.gain, 1e-3, "gain of " + what);
+          }
+}
+
 // A ball of few facets that starts on a corner tips over, and comes to rest on a facet.
 TEST(EverydayRigidFacets, ABallComesToRestOnAFacet) {
   for (const double radius : {0.01, 0.3, 20.0})
@@ -156,8 +187,9 @@ TEST(EverydayRigidFacets, ABallComesToRestOnAFacet) {
     }
 }
 
-// Eggs and lenses of triangles tumble over the ground: no energy comes from nothing, and no vertex sinks in
-// by more than a thousandth of the body. One of these runs reaches 0.4 mm, at the end of a single frame.
+// Eggs and lenses of triangles tumble over the ground: no energy comes from nothing, and no vertex sinks
+// in, neither the lowest ones, nor the corner that is opposite to the lowest one in a flat facet, which has
+// no edge to it. Overlaps of a millionth of the body are left by the solves.
 TEST(EverydayRigidFacets, NoVertexSinksIn) {
   for (const int columns : {16, 64})
     for (const double height : {0.3, 1.6})
@@ -175,7 +207,7 @@ TEST(EverydayRigidFacets, NoVertexSinksIn) {
         const std::string what =
             fmt::format("columns {} height {} restitution {}", columns, height, restitution);
         test::expect_below(seen.gain, 1e-3, "gain of " + what);
-        test::expect_below(seen.deepest, 6e-4, "depth (m) of " + what);
+        test::expect_below(seen.deepest, 5e-6, "depth (m) of " + what);
       }
 }
 

@@ -199,13 +199,14 @@ TEST_F(Farm, TheTableOfBodiesSaysWhereTheyCame) {
   EXPECT_EQ(row(table, 0),
             "run,rigid.ball.velocity,frames,body,kind,x,y,z,moved,travelled,speed,top_speed,spin");
   EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 5) << table;
-  for (int run = 0; run < 2; ++run) {
+  for (int number = 0; number < 2; ++number) {
     const auto place = [&](int frame) -> Vec3 {
       const double t = frame / 24.0;
-      return Vec3(0.05, 1, 0) + t * thrown[static_cast<std::size_t>(run)] - 9.8 * t * t / 2 * Vec3::UnitY();
+      return Vec3(0.05, 1, 0) + t * thrown[static_cast<std::size_t>(number)] -
+             9.8 * t * t / 2 * Vec3::UnitY();
     };
     const auto velocity = [&](int frame) -> Vec3 {
-      return thrown[static_cast<std::size_t>(run)] - 9.8 * frame / 24.0 * Vec3::UnitY();
+      return thrown[static_cast<std::size_t>(number)] - 9.8 * frame / 24.0 * Vec3::UnitY();
     };
     double path = 0, fastest = 0;
     for (int frame = 1; frame <= 4; ++frame) path += (place(frame) - place(frame - 1)).norm();
@@ -213,10 +214,11 @@ TEST_F(Farm, TheTableOfBodiesSaysWhereTheyCame) {
     const std::vector<double> expected = {
         place(4).x(), place(4).y(),       place(4).z(), (place(4) - place(0)).norm(),
         path,         velocity(4).norm(), fastest,      0};
-    const std::vector<double> ball = numbers_of(row(table, 2 * run + 1), "ball,rigid"),
-                              cube = numbers_of(row(table, 2 * run + 2), "cube,deformable");
+    const std::vector<double> ball = numbers_of(row(table, 2 * number + 1), "ball,rigid"),
+                              cube = numbers_of(row(table, 2 * number + 2), "cube,deformable");
     ASSERT_EQ(ball.size(), expected.size()) << table;
-    for (std::size_t i = 0; i < ball.size(); ++i) EXPECT_NEAR(ball[i], expected[i], 1e-6) << run << " " << i;
+    for (std::size_t i = 0; i < ball.size(); ++i)
+      EXPECT_NEAR(ball[i], expected[i], 1e-6) << number << " " << i;
     ASSERT_EQ(cube.size(), expected.size()) << table;
     EXPECT_NEAR(cube[1], 0.25, 0.01);
     EXPECT_LT(cube[4], 0.03) << "its path";

@@ -96,6 +96,53 @@ TriangleMesh ball_mesh(double radius, int columns, int rows) {
   return mesh;
 }
 
+TriangleMesh drum_mesh(double radius, double width, int columns) {
+  TriangleMesh mesh;
+  for (const double y : {-width / 2, width / 2}) {
+    mesh.positions.emplace_back(0, y, 0);
+    for (int i = 0; i < columns; ++i) {
+      const double a = 2 * EIGEN_PI * i / columns;
+      mesh.positions.emplace_back(radius * std::sin(a), y, radius * std::cos(a));
+    }
+  }
+  const int upper = columns + 1;
+  for (int i = 0; i < columns; ++i) {
+    const int k = (i + 1) % columns;
+    add_face(mesh, {0, 1 + k, 1 + i});
+    add_face(mesh, {upper, upper + 1 + i, upper + 1 + k});
+    add_face(mesh, {1 + i, 1 + k, upper + 1 + k, upper + 1 + i});
+  }
+  return mesh;
+}
+
+TriangleMesh bowl_mesh(double radius, double wall, int columns, int rows) {
+  TriangleMesh mesh;
+  const auto add_side = [&](double r) {
+    mesh.positions.emplace_back(0, -r, 0);
+    for (int j = 1; j <= rows; ++j)
+      for (int i = 0; i < columns; ++i) {
+        const double a = 2 * EIGEN_PI * i / columns, b = 70 * EIGEN_PI / 180 * j / rows;
+        mesh.positions.emplace_back(r * std::sin(b) * std::sin(a), -r * std::cos(b),
+                                    r * std::sin(b) * std::cos(a));
+      }
+  };
+  add_side(radius);
+  const int outside = static_cast<int>(mesh.positions.size()), rim = 1 + (rows - 1) * columns;
+  add_side(radius + wall);
+  for (int i = 0; i < columns; ++i) {
+    const int k = (i + 1) % columns;
+    add_face(mesh, {0, 1 + i, 1 + k});
+    add_face(mesh, {outside, outside + 1 + k, outside + 1 + i});
+    for (int j = 0; j + 1 < rows; ++j) {
+      const int lower = 1 + j * columns, upper = lower + columns;
+      add_face(mesh, {lower + i, upper + i, upper + k, lower + k});
+      add_face(mesh, {outside + lower + i, outside + lower + k, outside + upper + k, outside + upper + i});
+    }
+    add_face(mesh, {rim + i, outside + rim + i, outside + rim + k, rim + k});
+  }
+  return mesh;
+}
+
 TriangleMesh mesh_of(const Surface& surface) {
   TriangleMesh mesh;
   mesh.positions = surface.positions;

@@ -47,6 +47,15 @@ TriangleMesh torus_mesh(double radius, double tube, int columns, int rows);
 // pole, those at the poles of triangles. Its vertices lie on the ball.
 TriangleMesh ball_mesh(double radius, int columns, int rows);
 
+// Returns a drum about the y axis: a prism whose `columns` corners have the distance `radius` from the axis
+// (m), between y = -width / 2 and width / 2.
+TriangleMesh drum_mesh(double radius, double width, int columns);
+
+// Returns a bowl about the y axis: the part of a hollow ball about the origin, with the inner radius `radius`
+// and walls of `wall` (m), that is within 70 degrees of its lowest point. It has `columns` quads around the
+// axis and `rows` rows on either side.
+TriangleMesh bowl_mesh(double radius, double wall, int columns, int rows);
+
 // Returns positions and triangles of a surface.
 TriangleMesh mesh_of(const Surface& surface);
 

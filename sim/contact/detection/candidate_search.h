@@ -25,6 +25,8 @@ struct NearPoint {
   int patch = -1;        ///< Number of its patch, see ContactPoint::patch; -1: none.
   double share = 0;      ///< Fraction of the patch's load, see ContactPoint::share.
   int vertex = -1;       ///< Vertex of a round surface at which the point is; -1: none.
+  /// Whether it lies between vertices of round parts the lowest of which are no higher on all sides.
+  bool is_between_lowest = false;
 };
 
 /// A flat face of one body that lies on a flat face of another. The convex hull of the points that touch

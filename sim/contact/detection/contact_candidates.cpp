@@ -8,6 +8,7 @@
 #include "sim/contact/detection/faces_around.h"
 #include "sim/contact/detection/facing.h"
 #include "sim/contact/detection/friction_fade.h"
+#include "sim/contact/detection/impact_plane.h"
 #include "sim/contact/detection/internal_edges.h"
 #include "sim/contact/detection/line_contact.h"
 #include "sim/contact/detection/near_visits.h"
@@ -176,13 +177,14 @@ class Finder {
       // A support point over a hidden place has an infinite gap, but may come to be over the host within the
       // step.
       const bool is_faced = plane.faces && (near.feature.is_support() || std::isfinite(plane.gap));
-      if (!is_faced && plane.gap >= 0) return;
+      if (!is_faced && plane.gap >= 0 && !comes_under_face(pair, near, inside)) return;
       near.reversed = direction == PairDirection::reversed;
       near.normal = plane.normal;
       near.gap = plane.gap;
       chunk.touches.push_back(near);
     });
     spread_patches(pair, margin, begin, chunk.touches);
+    leave_to_vertices(begin, chunk.touches);
     drop_repeated_vertices(begin, chunk.touches);
     std::size_t samples = begin;  // the first touch that may be dropped: support points stay
     while (samples < chunk.touches.size() && chunk.touches[samples].feature.is_support()) ++samples;
@@ -190,6 +192,27 @@ class Finder {
     find_faces_at_samples(pair, margin, begin, chunk);
     find_places(pair, direction, margin, chunk);
     if (filter_.reduce_contacts) add_to_patches(guest.arm, begin, chunk.touches, chunk.reduction);
+  }
+
+  // Returns whether a sample of the pair's guest that is beside its host comes under a face of the host in
+  // the step, as an edge does over which a fast body falls, and is not level with it. `inside` is in the
+  // host's shape space, m.
+  bool comes_under_face(const BodyPair& pair, const NearPoint& near, const Vec3& inside) const {
+    const auto h = as_index(pair.host), g = as_index(pair.guest_rigid);
+    const Pose pose = shape_pose(bodies_.rigid, h);
+    const Vec3 by_forces = difference_.rigid[g] - difference_.rigid[h];
+    const auto moved = [&](const Vec3& y) -> Vec3 {
+      const Vec3 x = pose.to_world(y);
+      const auto velocity = [&](std::size_t b) {
+        const RigidState& state = bodies_.rigid.state[b];
+        return point_velocity(state, x - state.pose.position);
+      };
+      return y + dt_ * (pose.orientation.conjugate() * (velocity(g) - velocity(h) - by_forces));
+    };
+    const Vec3 end = moved(near.position);
+    if ((end - near.position).norm() < near.gap) return false;
+    const ContactPlane plane = exposed_plane(bodies_, pair.host, pose, end, moved(inside), PointKind::fixed);
+    return plane.faces && plane.gap < -level_depth(bodies_, pair.host, pair.guest_rigid);
   }
 
   // Drops vertices among the touches from `begin` on that several patches have found, and those that are the
@@ -207,6 +230,17 @@ class Finder {
       if (!is_repeated) touches[kept++] = touches[i];
     }
     touches.resize(kept);
+  }
+
+  // Drops samples between the lowest vertices of round parts, if the guest rolls over its facets: as fixed
+  // points they would bear the load of those vertices. Otherwise they help to bear it.
+  static void leave_to_vertices(std::size_t begin, std::vector<NearPoint>& touches) {
+    const auto first = touches.begin() + static_cast<std::ptrdiff_t>(begin);
+    if (std::any_of(first, touches.end(),
+                    [](const NearPoint& near) { return near.feature.kind == FeatureId::Kind::round; }))
+      touches.erase(
+          std::remove_if(first, touches.end(), [](const NearPoint& near) { return near.is_between_lowest; }),
+          touches.end());
   }
 
   // Returns whether a guest rolls over the facets around a vertex of its round surface that touches, with the

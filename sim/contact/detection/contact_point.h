@@ -55,9 +55,11 @@ struct ContactPoint {
   EdgePoint edge;
   PlaneFrame plane_frame;   ///< The body or feature that the plane of `edge` moves with.
   SurfacePoint on_surface;  ///< Place of the contact on an edge or a face of a deformable guest.
-  /// m: by how much a pinched guest is thinner at the contact, see pinching.h. What is pinched sticks if
-  /// there is friction.
+  /// m: by how much a guest may come nearer to its host at the contact, because it is pinched (pinching.h) or
+  /// held there (held_places.h).
   double yielded = 0;
+  bool is_pinched = false;  ///< Whether two hosts pinch the guest there: it sticks if there is friction.
+  bool is_carried = false;  ///< Whether a support point acts for it in step III, see SampleCulling.
   /// True if `normal` and `gap` belong to the plane that the bodies meet later in the step, see
   /// impact_plane.h.
   bool meets_ahead = false;

@@ -332,9 +332,13 @@ void look_ahead(const Bodies& bodies, const Path& path, double dt, double fall, 
 
 }  // namespace
 
-double level_depth(const Bodies& bodies, const ContactPoint& contact) {
+double level_depth(const Bodies& bodies, int a, int b) {
   const auto size = [&](int body) { return bodies.rigid.properties[as_index(body)].shape.min_size(); };
-  return same_height * std::min(size(contact.host), size(contact.guest_rigid));
+  return same_height * std::min(size(a), size(b));
+}
+
+double level_depth(const Bodies& bodies, const ContactPoint& contact) {
+  return level_depth(bodies, contact.host, contact.guest_rigid);
 }
 
 void find_impact_planes(const Bodies& bodies, const VelocityState& velocity, double dt,

@@ -5,8 +5,11 @@
 
 namespace duet {
 
-/// Returns the tolerance (m) for level surfaces at a contact of two rigid bodies: surfaces whose heights
-/// differ by less are level. It is 1e-4 of the size of the smaller body.
+/// Returns the tolerance (m) for level surfaces of two rigid bodies: surfaces whose heights differ by less
+/// are level. It is 1e-4 of the size of the smaller body.
+double level_depth(const Bodies& bodies, int a, int b);
+
+/// Returns level_depth() of the bodies of a contact, m.
 double level_depth(const Bodies& bodies, const ContactPoint& contact);
 
 /// Gives contact points of rigid pairs the plane in which the bodies meet within the step.

@@ -55,7 +55,11 @@ double max_penetration(const Bodies& bodies, const CandidateFilter& filter) {
           for (const PairDirection direction : {PairDirection::as_found, PairDirection::reversed}) {
             const BodyPair pair = direction == PairDirection::reversed ? reversed(pairs[i]) : pairs[i];
             if (search.broad_phase.bounds[as_index(pair.guest_rigid)].is_half_space) continue;
-            visit_near(bodies.rigid, pair, 0, look);
+            // The grid of a mesh may lie above its faces, by a thousandth of a cell on bent ones.
+            const LevelSet& host = bodies.rigid.properties[as_index(pair.host)].shape;
+            visit_near(bodies.rigid, pair, 0, [&](const NearPoint& near, const Vec3&) {
+              if (near.gap < deepest) deepest = std::min(deepest, host.exact(near.position).distance);
+            });
             std::vector<EdgeContact> feature_edges;
             find_feature_edges(bodies, pair, direction, 0, feature_edges);
             for (const EdgeContact& near : feature_edges) deepest = std::min(deepest, near.distance);

@@ -29,6 +29,19 @@ Pose in_host_of(const RigidBodies& rigid, const BodyPair& pair) {
   return {host.to_body(guest.position), host.orientation.conjugate() * guest.orientation};
 }
 
+BesideRound beside_round(const RigidProperties& guest, const RoundSample& sample, const Pose& in_host,
+                         const LevelSet& host, const Vec3& y, double gap) {
+  BesideRound place = BesideRound::level;
+  for (const int corner : sample.corner) {
+    if (corner < 0) break;
+    const RoundPlace lowest = lowest_vertex(*guest.round, corner, in_host, host);
+    const double above = gap - lowest.distance, level = level_slope * (y - lowest.position).norm();
+    if (above > level) return BesideRound::above;
+    if (above < -level) place = BesideRound::between;
+  }
+  return place;
+}
+
 void find_feature_edges(const Bodies& bodies, const BodyPair& pair, PairDirection direction, double margin,
                         std::vector<EdgeContact>& found) {
   const RigidBodies& rigid = bodies.rigid;

@@ -106,6 +106,18 @@ void visit_patches(const RigidProperties& guest, const Pose& in_host, const Pose
   }
 }
 
+/// Where a sample lies that is between the vertices of round parts.
+enum class BesideRound {
+  above,   ///< Above the lowest vertex of one of these parts: the guest touches with that vertex instead.
+  level,   ///< Level with the lowest vertices of all of these parts.
+  between  ///< Above or level with some of them, and lower than others.
+};
+
+/// Returns where the sample `sample` of a guest lies, which is at `y` (m) with the distance `gap` (m) from
+/// the host. `in_host` is the pose of the guest. Both are in the host's shape space.
+BesideRound beside_round(const RigidProperties& guest, const RoundSample& sample, const Pose& in_host,
+                         const LevelSet& host, const Vec3& y, double gap);
+
 /// Calls visit(near, inside) for the support points and the samples of the pair's rigid guest whose distance
 /// from the host is less than `margin` (m). Samples inside of edges and faces of round parts are left out
 /// where they are not level with the lowest vertex: those are reached only as the body lies on a facet.
@@ -142,12 +154,13 @@ void visit_near(const RigidBodies& rigid, const BodyPair& pair, double margin, V
     if (!host.is_near(y) || is_beside_side(host.shape, y)) continue;
     const double gap = host.shape.distance(y);
     if (!(gap < margin)) continue;
-    if (has_patches && guest.on_round[i].corner >= 0) {
-      const RoundPlace lowest = lowest_vertex(*guest.round, guest.on_round[i].corner, in_host, host.shape);
-      if (gap - lowest.distance > level_slope * (y - lowest.position).norm()) continue;
+    NearPoint near{.feature = FeatureId::point(static_cast<int>(i)), .position = y, .gap = gap};
+    if (has_patches && guest.on_round[i].is_between_vertices()) {
+      const BesideRound place = beside_round(guest, guest.on_round[i], in_host, host.shape, y, gap);
+      if (place == BesideRound::above) continue;
+      near.is_between_lowest = place == BesideRound::level;
     }
-    visit(NearPoint{.feature = FeatureId::point(static_cast<int>(i)), .position = y, .gap = gap},
-          rotation * guest.inside[i] + offset);
+    visit(near, rotation * guest.inside[i] + offset);
   }
 }
 

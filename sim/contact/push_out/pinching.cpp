@@ -137,6 +137,7 @@ void yield_as_whole(const Bodies& bodies, std::span<const ContactPair> hosts,
     if (yielded <= contact.yielded) return;
     contact.gap += yielded - contact.yielded;
     contact.yielded = yielded;
+    contact.is_pinched = true;
   });
 }
 
@@ -167,13 +168,14 @@ void yield_where_pinched(const Bodies& bodies, double dt, ContactSet& contacts, 
       }
       contact.gap += yielded - contact.yielded;
       contact.yielded = yielded;
+      contact.is_pinched = yielded > 0;
       for_each_particle_of(bodies, contact,
                            [&](std::size_t p, double) { yields[p] = std::max(yields[p], facing_yield); });
     });
     yield_as_whole(bodies, hosts, yields, contacts.points);
     // The particles of a pinched face hold it already; friction at the samples between them would repeat it.
     for_each_fixed(bodies, hosts, contacts.points, [&](ContactPoint& contact, int) {
-      if (contact.yielded > 0 && surface_point(bodies, contact).count > 1) contact.friction = 0;
+      if (contact.is_pinched && surface_point(bodies, contact).count > 1) contact.friction = 0;
     });
   }
 }

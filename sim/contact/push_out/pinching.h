@@ -19,8 +19,9 @@ namespace duet {
 /// Around the rims of two hosts on either side of a sheet, where their normals lead along the sheet and both
 /// overlap it, the gaps grow to zero and the play, because contact would draw the sheet out sideways.
 ///
-/// Sets ContactPoint::yielded and changes ContactPoint::gap by the change of it. Pinched face samples lose
-/// their friction. Adds each guest with its two hosts and the least room to `pinches`, unless that is null.
+/// Sets ContactPoint::yielded and is_pinched, and changes ContactPoint::gap by the change of it. Pinched face
+/// samples lose their friction. Adds each guest with its two hosts and the least room to `pinches`, unless
+/// that is null.
 void yield_where_pinched(const Bodies& bodies, double dt, ContactSet& contacts, std::vector<Pinch>* pinches);
 
 }  // namespace duet

@@ -1,6 +1,7 @@
 #include "sim/contact/push_out/rigid_separation.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "sim/base/stop.h"
 #include "sim/contact/push_out/push_out.h"
@@ -75,12 +76,20 @@ class Separator {
  private:
   static bool is_zero(const Displacement& d) { return d.shift.isZero(0) && d.turn.isZero(0); }
 
+  // Returns whether a contact is passed over: a support point acts for it against the faces of a mesh, and
+  // its own distance is that of the grid. Where the grid is above the faces, it would lift what lies on them.
+  bool is_left_to_support(const ContactPoint& contact) const {
+    return contact.is_carried &&
+           bodies_.rigid.properties[as_index(contact.host)].shape.kind == LevelSet::Kind::grid;
+  }
+
   // Returns whether a contact of a rigid pair overlaps by more than the tolerance.
   bool overlap(const ContactPair& pair) const {
     if (pair.guest_rigid < 0) return false;
     const auto first = contacts_.points.begin() + pair.begin, last = contacts_.points.begin() + pair.end;
     return std::any_of(first, last, [&](const ContactPoint& contact) {
-      return gap_now(bodies_, contact) < -overlap_tolerance * contact.precision;
+      return !is_left_to_support(contact) &&
+             gap_now(bodies_, contact) < -overlap_tolerance * contact.precision;
     });
   }
 
@@ -127,8 +136,9 @@ class Separator {
     return d.shift + d.turn.cross(arm);
   }
 
-  // Returns the overlap of a contact after the displacements, m.
+  // Returns the overlap of a contact after the displacements, m; minus infinity if it is passed over.
   double closing(const ContactPoint& contact) const {
+    if (is_left_to_support(contact)) return -std::numeric_limits<double>::infinity();
     return -contact.gap - contact.normal.dot(displacement(contact.guest_rigid, contact.guest_arm) -
                                              displacement(contact.host, contact.host_arm));
   }

@@ -30,7 +30,7 @@ inline Vec3 updated_friction(const ContactPoint& contact, const ContactResponse&
 /// Returns whether two bodies without finite mass pinch the guest and hold it by friction, see
 /// yield_where_pinched().
 inline bool is_pinched_fast(const ContactPoint& contact) {
-  return contact.yielded > 0 && contact.friction > 0;
+  return contact.is_pinched && contact.friction > 0;
 }
 
 /// An update of the normal impulse of a contact.

@@ -1,6 +1,7 @@
 #include "sim/contact/response/turned_impulses.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "sim/base/parallel.h"
 
@@ -28,16 +29,47 @@ bool are_two_vertices(const Vec3& a, const Vec3& b) {
   return (a - b).norm() > same_vertex * (a.norm() + b.norm());
 }
 
+// Adds an impulse (N s) and an angular impulse (N m s) to a rigid body, unless its mass is infinite.
+void add_impulses(const RigidProperties& properties, const Vec3& impulse, const Vec3& angular,
+                  RigidState& state) {
+  if (!properties.is_dynamic()) return;
+  state.velocity += properties.inverse_mass * impulse;
+  apply_angular_impulse(state, properties, angular);
+}
+
+// The velocities that the normal impulses of all contacts of a pair of rigid bodies give to the two.
+struct GivenVelocities {
+  RigidState host, guest;
+
+  GivenVelocities(const RigidBodies& rigid, const ContactSet& contacts, const ContactPair& pair) {
+    const auto h = as_index(pair.host), g = as_index(pair.guest_rigid);
+    host = rigid.state[h];
+    guest = rigid.state[g];
+    for (RigidState* state : {&host, &guest}) state->velocity = state->angular_velocity = Vec3::Zero();
+    for (int i = pair.begin; i < pair.end; ++i) {
+      const ContactPoint& contact = contacts.points[as_index(i)];
+      const Vec3 push = std::max(0.0, contact.impulse.dot(contact.normal)) * contact.normal;
+      add_impulses(rigid.properties[h], -push, -contact.host_arm.cross(push), host);
+      add_impulses(rigid.properties[g], push, contact.guest_arm.cross(push), guest);
+    }
+  }
+  // Returns the velocity along the normal with which they part at a contact, m/s.
+  double at(const ContactPoint& contact) const {
+    return contact.normal.dot(guest.velocity + guest.angular_velocity.cross(contact.guest_arm) -
+                              host.velocity - host.angular_velocity.cross(contact.host_arm));
+  }
+};
+
 // Notes at which vertex a contact on a round surface acts, and which part of its impulse is load. The rest is
-// taken to act along the normal, with the friction that is in proportion to it.
-void note_vertex(const RigidBodies& rigid, const ContactPoint& contact, ContactFrame& frame) {
+// taken to act along the normal, with the friction that is in proportion to it. `given` is that of its pair.
+void note_vertex(const RigidBodies& rigid, const GivenVelocities& given, const ContactPoint& contact,
+                 ContactFrame& frame) {
   frame.on_guest = place_on_guest(rigid, contact);
   frame.orientation = shape_pose(rigid, as_index(contact.guest_rigid)).orientation;
   frame.apart = contact.host_arm - contact.guest_arm;
   frame.gap = contact.gap;
-  const double pressure = contact.impulse.dot(contact.normal);
-  if (pressure > 0)
-    frame.load = std::clamp(1 - contact.response.normal_mass * contact.landing / pressure, 0.0, 1.0);
+  if (const double parting = given.at(contact); parting > 0)
+    frame.load = std::clamp(1 - contact.landing / parting, 0.0, 1.0);
 }
 
 // Divides the impulse of step III between the vertex A of a round surface, where it was found, and the vertex
@@ -66,12 +98,9 @@ void divide_between_vertices(const RigidBodies& rigid, const ContactPoint& conta
       (1 - late) * (first.guest_arm + at_start) + late * (contact.guest_arm + (1 - s) / 2 * moved);
 }
 
-// Adds an impulse (N s) and an angular impulse (N m s) to a rigid body.
+// Adds an impulse (N s) and an angular impulse (N m s) to the rigid body `body`.
 void add_impulses(RigidBodies& rigid, int body, const Vec3& impulse, const Vec3& angular) {
-  const auto b = as_index(body);
-  if (!rigid.properties[b].is_dynamic()) return;
-  rigid.state[b].velocity += rigid.properties[b].inverse_mass * impulse;
-  apply_angular_impulse(rigid.state[b], rigid.properties[b], angular);
+  add_impulses(rigid.properties[as_index(body)], impulse, angular, rigid.state[as_index(body)]);
 }
 
 }  // namespace
@@ -94,6 +123,7 @@ void note_frames(const ContactGraph& graph, const Bodies& bodies, const ContactS
     for (std::size_t k = begin; k < end; ++k) {
       const ContactPair& pair = contacts.pairs[as_index(graph.pairs[k])];
       if (!pair.active) continue;
+      std::optional<GivenVelocities> given;
       for (int i = pair.begin; i < pair.end; ++i) {
         const ContactPoint& contact = contacts.points[as_index(i)];
         if (contact.meets_ahead) continue;
@@ -102,7 +132,10 @@ void note_frames(const ContactGraph& graph, const Bodies& bodies, const ContactS
         frame.host_arm = contact.host_arm;
         frame.guest_arm = contact.guest_arm;
         frame.impulse = contact.impulse;
-        if (is_on_round_surface(contact)) note_vertex(bodies.rigid, contact, frame);
+        if (is_on_round_surface(contact)) {
+          if (!given) given.emplace(bodies.rigid, contacts, pair);
+          note_vertex(bodies.rigid, *given, contact, frame);
+        }
         if (!contact.is_rigid_pair()) frame.place = surface_point(bodies, contact);
       }
     }

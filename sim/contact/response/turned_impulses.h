@@ -20,13 +20,14 @@
 // time s dt until B lands. The impulse J of step III is divided into the load J_l of half a step and the rest
 // J_b, which lets B land:
 //
-//   J = J_l + J_b,   J_b = m_n (target - target_A) n,   s = b / (a + b),
+//   J = J_l + J_b,   J_b = J (target - target_A) / u,   s = b / (a + b),
 //   A bears 2 s J_l at the time s dt / 2,   B bears J_b at 0 and 2 (1 - s) J_l at (1 + s) dt / 2,
 //
-// with the target that A would have without B, the mass m_n that resists at the contact, the gap b of B at
-// the beginning and the gap a of A at the end. The arms are those at these times. What a ball of fine facets
-// gains as it sinks from one vertex onto the next, it then gives back as it rises, also if a step leads over
-// several of them. V.4 finds the sum of the impulses at B.
+// with the target that A would have without B, the velocity u along the normal that the normal impulses of
+// all contacts of the pair give at this one, the gap b of B at the beginning and the gap a of A at the end.
+// The arms are those at these times. What a ball of fine facets gains as it sinks from one vertex onto the
+// next, it then gives back as it rises, also if a step leads over several of them. V.4 finds the sum of the
+// impulses at B.
 #pragma once
 
 #include <vector>

@@ -166,8 +166,10 @@ double target_of(const Bodies& bodies, const std::vector<Pose>& predicted_poses,
   // Where the next step leads beyond the host, onto a body that adjoins it, the touch there says nothing
   // about which points carry the load now.
   const bool is_left = stays && std::isinf(predicted.gap);
-  if (culling.carry_for(contact, is_left ? touch_ahead(bodies, contact, dt, Vec3::Zero()) : predicted))
-    return out_of_reach;
+  const bool is_carried =
+      culling.carry_for(contact, is_left ? touch_ahead(bodies, contact, dt, Vec3::Zero()) : predicted);
+  if (stage == PredictionFor::motion_in_step) contact.is_carried = is_carried;
+  if (is_carried) return out_of_reach;
   if (forces && will_collide(bodies, contact, velocity, *forces)) return out_of_reach;
   const double target = target_velocity(bodies, contact, expected, predicted, dt);
   if (stage == PredictionFor::motion_in_step && is_on_round_surface(contact)) {

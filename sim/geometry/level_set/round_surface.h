@@ -21,16 +21,21 @@ namespace duet {
 /// What a sample is on the round parts of its mesh.
 struct RoundSample {
   int patch = -1;  ///< The vertex at which its patch begins; -1: the sample is no vertex of a round part.
-  /// A vertex of the edge or face on which it lies, if round parts have all of its corners; -1: it has none.
-  int corner = -1;
+  /// The vertices between which it lies, if all of them are on round parts: itself, the ends of its edge, or
+  /// the corners of its face. -1 after the last.
+  std::array<int, 3> corner{-1, -1, -1};
+  /// Returns whether round parts have all of its corners.
+  bool is_between_vertices() const { return corner[0] >= 0; }
 };
 
-/// The vertices of a mesh at which no edge is sharp, and the patches into which they are divided.
+/// The vertices of a mesh around which it is round, and the patches into which they are divided. These are
+/// vertices without a sharp edge, and those on rims, where one sharp edge goes on as another one with a blunt
+/// turn. Vertices on rims neighbor others of their rim only, so that a drum touches with both of its rims.
 struct RoundSurface {
   std::vector<Vec3> vertices;  ///< m, shape space.
   std::vector<Vec3> inside;    ///< m: per vertex, a point deeper inside the body, see points_inside().
   std::vector<int> first;      ///< The neighbors of vertex v are those from first[v] up to first[v + 1].
-  std::vector<int> neighbors;  ///< Vertices of `vertices` at the other ends of the edges.
+  std::vector<int> neighbors;  ///< Vertices at the other ends of the edges, and the corners of flat facets.
   std::vector<int> patch;      ///< Per vertex, the vertex at which its patch begins, which is a sample.
   std::vector<double> reach;   ///< m: per vertex at which a patch begins, the radius of the patch about it.
   std::vector<RoundSample> at_sample;  ///< Per sample, what it is on the round parts.
@@ -63,7 +68,7 @@ std::optional<RoundPlace> lowest_in_patch(const RoundSurface& surface, int start
 inline constexpr double level_slope = 1e-3;
 
 /// Calls visit(place) for the vertices around `lowest` that are almost level with it, without that vertex
-/// itself: those that edges connect to it over such vertices, and that are higher by no more than
+/// itself: those that such vertices connect to it as neighbors, and that are higher by no more than
 /// `level_slope` times their distance from it. At most 63 are visited. They are the other corners of a facet
 /// that lies flat.
 template <class Visit>

@@ -440,9 +440,8 @@ std::string describe_separation(const InitialOverlap& overlap) {
                         overlap.left);
   if (overlap.left > 0 && overlap.is_pinned_inside)
     text += fmt::format(
-        "; pins inside of `{}` hold `{}` there, and the particles next to them are pulled out as far as "
-        "contact "
-        "needs: pin it at the surface",
+        "; pins inside of `{}` hold `{}` there, so that the overlap stays beside them: pin it half of its "
+        "thickness away from the surface",
         overlap.first, overlap.second);
   return text;
 }

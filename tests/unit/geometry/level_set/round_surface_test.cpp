@@ -64,8 +64,8 @@ TEST(RoundSurface, TellsSamplesOnEdgesFromThoseAtVertices) {
   std::size_t vertices = 0, others = 0;
   for (std::size_t i = 0; i < made.samples.size(); ++i) {
     const RoundSample& sample = made.round.at_sample[i];
-    ASSERT_GE(sample.corner, 0);
-    const double off = (made.round.vertices[as_index(sample.corner)] - made.samples[i].position).norm();
+    ASSERT_TRUE(sample.is_between_vertices());
+    const double off = (made.round.vertices[as_index(sample.corner[0])] - made.samples[i].position).norm();
     EXPECT_EQ(sample.patch >= 0, off == 0);
     (sample.patch >= 0 ? vertices : others) += 1;
   }
@@ -93,6 +93,24 @@ TEST(RoundSurface, TheWayDownEndsAtTheLowestVertex) {
       EXPECT_EQ(place.distance, pose.to_world(round.vertices[as_index(place.vertex)]).y());
     }
   }
+}
+
+// All corners of a quad are neighbors, also the two without an edge between them; those of two facets are
+// not.
+TEST(RoundSurface, TheCornersOfAFlatFacetAreNeighbors) {
+  constexpr int columns = 24, rows = 12;
+  const RoundSurface round = make(test::ball_mesh(1, columns, rows), 0.3).round;
+  const auto are_neighbors = [&](int a, int b) {
+    const auto begin = round.neighbors.begin();
+    return std::count(begin + round.first[as_index(a)], begin + round.first[as_index(a) + 1], b) == 1;
+  };
+  for (int row = 0; row + 2 < rows; ++row)
+    for (int i = 0; i < columns; ++i) {
+      const int upper = 1 + row * columns, lower = upper + columns, k = (i + 1) % columns;
+      EXPECT_TRUE(are_neighbors(upper + i, lower + k)) << "row " << row << " column " << i;
+      EXPECT_TRUE(are_neighbors(upper + k, lower + i)) << "row " << row << " column " << i;
+      EXPECT_FALSE(are_neighbors(upper + i, upper + (i + 2) % columns));
+    }
 }
 
 // Lying on a quad, a ball has four vertices that are level: from each of them the three others are visited.
