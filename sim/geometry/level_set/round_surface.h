@@ -53,9 +53,9 @@ struct RoundPlace {
   double distance = 0;  ///< m, from the host.
 };
 
-/// Returns the lowest vertex above a host on the way down from the vertex `start`, by the steepest edge at
-/// each vertex, with the surface at `pose` in the host's shape space. Edges that fall by less than a
-/// ten-thousandth of their length count as level, and end the way.
+/// Returns the lowest vertex above a host on the way down from the vertex `start`, to the steepest neighbor
+/// of each vertex, with the surface at `pose` in the host's shape space. Neighbors that are lower by less
+/// than a ten-thousandth of their distance count as level, and end the way.
 RoundPlace lowest_vertex(const RoundSurface& surface, int start, const Pose& pose, const LevelSet& host);
 
 /// Returns the lowest vertex as lowest_vertex() does, for a way that begins at the vertex `start` of a patch,
